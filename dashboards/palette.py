@@ -1,6 +1,8 @@
-"""Colours of all views, safe for colour-blind eyes, the same in 3D, panels and figures.
+"""Colours of all views, safe for colour-blind eyes, the same in 3D, panels, pages and figures.
 
-Runs take the colours of Okabe and Ito ("Color Universal Design", 2008); beliefs have workbench/belief_colours.py.
+There are three families. Runs have hues, most of them those of Okabe and Ito ("Color Universal Design", 2008), but
+not green and yellow. Findings (seen, goal) have those two, greys, and a dark red for failures. Phases are one slate
+hue, told apart by lightness. Beliefs have a scale of their own in workbench/belief_colours.py.
 """
 
 from __future__ import annotations
@@ -17,14 +19,14 @@ Colour = tuple[int, int, int]
 RUNS: tuple[Colour, ...] = (
     (0, 114, 178),
     (213, 94, 0),
-    (0, 158, 115),
     (204, 121, 167),
     (230, 159, 0),
     (86, 180, 233),
+    (90, 40, 130),
+    (128, 70, 20),
     (70, 70, 70),
-    (150, 120, 40),
 )
-"""The first is the run in focus; ghosts follow."""
+"""The first is the run in focus; ghosts follow. Where there are more, names begin with the run's number."""
 
 FLOORS: dict[str, Colour] = {
     "kitchen": (222, 208, 178),
@@ -44,6 +46,7 @@ KNOWN: Colour = (186, 190, 196)
 UNREACHABLE: Colour = (206, 202, 200)
 NO_BELIEF: Colour = (228, 222, 212)
 FOUND: Colour = (0, 158, 115)
+FAILED: Colour = (158, 28, 58)
 UNSEEN: Colour = (20, 20, 20)
 UNOPENED: Colour = (96, 102, 112)
 OCCUPIED: Colour = (66, 84, 120)
@@ -65,11 +68,11 @@ TRIMS: dict[str, Colour] = {
     "water": (188, 214, 224),
 }
 PHASES: dict[str, str] = {
-    "moving": "#56B4E9",
-    "searching": "#E69F00",
-    "manipulating": "#009E73",
-    "planning": "#CC79A7",
-    "waiting": "#d9dadd",
+    "moving": "#cbd0de",
+    "searching": "#343c60",
+    "manipulating": "#747da0",
+    "planning": "#a6adc7",
+    "waiting": "#f0f1f4",
 }
 
 
@@ -90,8 +93,19 @@ def linear_rgb(colours: Uints8) -> Uints8:
 
 
 def run_colour(index: int) -> Colour:
-    """The colour of the index-th run; after the eighth the colours repeat."""
+    """The colour of the index-th run; after the eighth the colours repeat, and the runs have numbers."""
     return RUNS[index % len(RUNS)]
+
+
+def run_number(index: int, runs: int) -> str:
+    """The number that stands on the colour of the index-th of several runs; "" while colours tell them apart."""
+    return str(index + 1) if runs > len(RUNS) else ""
+
+
+def ink(colour: Colour) -> str:
+    """Black or white, whichever is read better on a colour (WCAG 2.1, relative luminance)."""
+    light = float(linear_rgb(np.array(colour, dtype=np.uint8)) / 255 @ np.array([0.2126, 0.7152, 0.0722]))
+    return "#111" if light > 0.18 else "#fff"
 
 
 def floor_colour(kind: str) -> Colour:

@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from recorders.earlier_runs import move_rates, read_history
 from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
 from recorders.sinks.files import Sink
 from recorders.sinks.mirrored import Audience
-from workbench.errors import OutputExists
+from workbench.beliefs.memory.move_rates import NS_PER_DAY
+from workbench.errors import BadValue, OutputExists
+from workbench.evaluation.moved_house import moved_house
 from workbench.execution.events import RunEnded
 from workbench.planning.strategy import Strategy
 from workbench.worlds.house import House
+from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.procthor.assets import assets_for
 from workbench.worlds.procthor.load import load_house
+from workbench.worlds.simulated import EPOCH_NS
+
+MOVED_SEED = 1
+"""Keeps what moves apart from what else the seed draws."""
+MAX_DAY = 36_500
 
 
 def record(
@@ -28,24 +40,29 @@ def record(
     seed: int = 0,
     known: float | None = None,
     miss_rate: float = 0.0,
+    memory: Sequence[Path | str] = (),
+    rates: Path | str | None = None,
+    day: int | None = None,
+    moved: float = 0.0,
     assets: Path | None = None,
     force: bool = False,
     sink: Sink | None = None,
     audience: Audience | None = None,
     begun: Callable[[Trial], None] | None = None,
 ) -> RunEnded:
-    """Record one simulated run. The same arguments give the same bytes.
-
-    It takes what `lios record` takes, which is more than eight parameters, all but the path by keyword.
+    """Record one simulated run, given what `lios record` takes. The same arguments give the same bytes.
 
     Args:
         path: the MCAP file to write.
         house: "houses:9" (a shipped one), FILE:INDEX, a house's .json, or a house.
-        find, scenario, task: exactly one of an item type, a scenario's name and a task file.
+        find, scenario, task: exactly one.
         strategy: a name, "module:Class" from the working folder, or a strategy.
         estimator: a name, "module:Class" or a weights file.
         known: largest share of containers known at the start; None for 0 with `find`, else 0.2.
         miss_rate: chance that a look misses an item, drawn by the seed for each item and look; the robot knows it.
+        memory, rates: logs of earlier runs, or folders of them; a table of lios learn-moves, or the shipped one.
+        day: of the run, from 0; None for 0, or with `memory` for the first day after all that is remembered.
+        moved: share of the house's items that stand elsewhere than in its file, drawn by the seed.
         assets: table of asset sizes; None takes the one beside the houses.
         sink: what is written to in place of `path`, such as several files.
         audience: viewers that are shown every message once it is written.
@@ -61,10 +78,33 @@ def record(
     path = Path(path)
     if path.exists() and not force and sink is None:
         raise OutputExists(path)
-    place = house if isinstance(house, House) else load_house(house, assets=assets_for(house, assets))
+    place = _house(house, assets, moved, seed)
     wish = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
     trial = trial_for(
         wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known, miss_rate=miss_rate
     )
+    trial = _with_memory(trial, memory, rates, day)
     told = None if begun is None else lambda: begun(trial)
     return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=told)
+
+
+def _house(house: House | str, assets: Path | None, moved: float, seed: int) -> House:
+    """The house, after a share of its items has moved."""
+    place = house if isinstance(house, House) else load_house(house, assets=assets_for(house, assets))
+    if not moved:
+        return place
+    return moved_house(place, navigate(place.plan).travel, moved, rng=np.random.default_rng((seed, MOVED_SEED)))
+
+
+def _with_memory(trial: Trial, logs: Sequence[Path | str], rates: Path | str | None, day: int | None) -> Trial:
+    """The trial on its day, with what its robot remembers then."""
+    if day is not None and not 0 <= day <= MAX_DAY:
+        raise BadValue("day of the run", day, f"between 0 and {MAX_DAY}")
+    if not logs:
+        if rates is not None:
+            raise BadValue("move rates", str(rates), "given together with --memory")
+        return replace(trial, start_ns=EPOCH_NS + NS_PER_DAY * (day or 0))
+    history = read_history([Path(log) for log in logs])
+    start_ns = history.next_day_ns(EPOCH_NS) if day is None else EPOCH_NS + NS_PER_DAY * day
+    memory = history.memory_at(start_ns, trial.house.plan, move_rates(None if rates is None else Path(rates)))
+    return replace(trial, memory=memory, start_ns=start_ns)

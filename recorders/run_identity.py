@@ -9,6 +9,7 @@ import msgspec
 
 from recorders.code_revision import revision
 from workbench import __version__
+from workbench.beliefs.memory.remembering import without_memory
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.planning.tasks import Task
 
@@ -61,7 +62,7 @@ def run_info(
             started=Stamp.of(started_ns),
             title=title or task.title,
             source=source,
-            weights_sha256=driver.estimator.partition("@")[2],
+            weights_sha256=without_memory(driver.estimator).partition("@")[2],
             inertial_frame=inertial_frame,
         )
     )

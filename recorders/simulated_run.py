@@ -13,12 +13,15 @@ from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import Sink
 from recorders.sinks.mirrored import Audience
+from workbench.beliefs.memory.memory import Memory
 from workbench.errors import InputError, UnknownName
 from workbench.execution.events import Event, RunEnded
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
 from workbench.execution.start import MAX_KNOWN_SHARE, TaskStart, known_at_start, scenario_start
+from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
+from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place, place_to_json, task_to_json
 from workbench.planning.strategy import Strategy
@@ -27,7 +30,7 @@ from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.perception import PERFECT, Perception, missing_at
-from workbench.worlds.simulated import SimulatedWorld
+from workbench.worlds.simulated import EPOCH_NS, SimulatedWorld
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +43,8 @@ class Trial:
         strategy, estimator: names that a user gives; a strategy may be given itself.
         miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
         trusts_looks: the robot does not know it, and takes every look at its word.
+        memory: what the robot remembers of earlier runs.
+        start_ns: when the run begins, in nanoseconds since the Unix epoch.
     """
 
     house: House
@@ -51,6 +56,8 @@ class Trial:
     costs: ActionCosts = SIMULATION_COSTS
     miss_rate: float = 0.0
     trusts_looks: bool = False
+    memory: Memory | None = None
+    start_ns: int = EPOCH_NS
 
     @property
     def perception(self) -> Perception:
@@ -176,7 +183,11 @@ def record_trial(
         force=force,
         sink=sink,
         audience=audience,
-        settings=perception_to_settings(trial.perception),
+        settings={
+            **perception_to_settings(trial.perception),
+            **memory_to_settings(trial.memory),
+            **estimator_to_settings(ready.setup.estimator),
+        },
     ) as recorder:
         if begun is not None:
             begun()
@@ -213,10 +224,18 @@ def _prepare(trial: Trial) -> _PreparedRun:
         seed=trial.seed,
         house=trial.house,
         perception=trial.perception,
+        memory=trial.memory,
     )
     return _PreparedRun(
         setup=setup,
-        world=SimulatedWorld(trial.house, navigation, known=trial.known, miss_rate=trial.miss_rate, seed=trial.seed),
+        world=SimulatedWorld(
+            trial.house,
+            navigation,
+            known=trial.known,
+            miss_rate=trial.miss_rate,
+            seed=trial.seed,
+            start_ns=trial.start_ns,
+        ),
         place=Place.of(trial.house.plan, navigation),
     )
 
@@ -230,6 +249,7 @@ def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
         msgspec.json.encode([driver.strategy, driver.estimator, trial.seed, list(trial.known), trial.costs]),
         msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
         b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}{', trusted' * trial.trusts_looks}".encode(),
+        b"" if trial.start_ns == EPOCH_NS else f"begins {trial.start_ns}".encode(),
     )
     return run_info(
         trial.task,

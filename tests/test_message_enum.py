@@ -65,8 +65,11 @@ def test_every_field_of_a_message_is_filled_in() -> None:
 
 TEXTS = {
     "dashboards/capsule/write.py _left_out_note": "a note of the page, where something was left out",
+    "dashboards/palette.py run_number": "a sign beside a name",
+    "dashboards/panels/runs.py _arrow": "a sign in a heading",
     "dashboards/model/run_names.py _replay": "a part of a run's name",
     "dashboards/model/scene.py _automatic_focus": "the name of an item type",
+    "recorders/spot/run/event_text.py NextStep.after": "a line of the live status",
     "recorders/spot/session/inferred_actions.py ActionDeriver._opened_by": "a value of the log",
     "replayers/batch/verify.py _recorded_by": "a part of a sentence",
     "replayers/commands/replay.py _recorded_as": "the name of a strategy",
@@ -74,6 +77,7 @@ TEXTS = {
     "replayers/importers/clocks.py BagClock.note": "a line of the report, made of enumerations",
     "replayers/log_tools/copy_log.py profile_of": "a value of the log's header",
     "replayers/log_tools/rewrite.py _common_profile": "a value of the log's header",
+    "workbench/beliefs/memory/history.py _change": "a cell of a table",
     "workbench/evaluation/statistics.py intervals_in_words": "a line below a table",
     "workbench/planning/strategies.py solver_in": "a part of a name",
 }

@@ -90,6 +90,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
     "select": ("select {log} -s opt-greedy,pes-greedy --worlds 0",),
     "certify": ("certify {log} -o {out}/claim.lios.zip",),
+    "learn-moves": ("learn-moves {folder} -o {out}/rates.csv",),
     "compare": ("replay {log} -s opt-greedy,pes-greedy --worlds 0 -o {out}/kept", "compare {out}/kept"),
     "figures": ("figures {log} -o {out}/figures --format png",),
     "capsule": ("capsule {log} -o {out}/run.html",),

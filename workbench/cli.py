@@ -25,7 +25,7 @@ from workbench.parameters import command_of
 from workbench.terminal import emit_text, say, wide_tables
 
 PANELS: dict[str, tuple[str, ...]] = {
-    "Run": ("demo", "record", "plan", "evaluate", "train"),
+    "Run": ("demo", "record", "plan", "evaluate", "train", "learn-moves"),
     "Replay": ("replay", "compare", "select", "certify"),
     "Look": ("view", "serve", "render", "figures", "capsule", "report"),
     "Logs": ("info", "list", "doctor", "recover", "export", "import", "upload", "log"),
@@ -40,7 +40,7 @@ ORDER_WITHIN: dict[str, tuple[str, ...]] = {
     "houses": ("generate", "info", "stats"),
     "site": ("check", "from-log", "from-graph-nav"),
     "new": ("planner", "policy", "estimator", "house", "site"),
-    "spot": ("check", "simulate", "record", "run"),
+    "spot": ("check", "simulate", "record", "run", "resume"),
 }
 """The order of commands in a group's help: the order of use. Plug-in commands come last."""
 
@@ -50,7 +50,7 @@ GROUP_HELP = {
     "houses": "Generate, inspect and compare houses.",
     "new": "Write a file to start from: planner, policy, estimator, house, site.",
     "site": "Check or draft the survey file of a real place.",
-    "spot": "Simulate, record or run a Spot.",
+    "spot": "Simulate, check, record or run a Spot.",
 }
 
 EPILOG = """\b

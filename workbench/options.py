@@ -28,6 +28,14 @@ AlsoLearnt = Annotated[
     list[Path] | None,
     Option("--also", help="With --folds: further training houses that are not evaluated; repeatable."),
 ]
+MemoryLogs = Annotated[
+    list[Path] | None,
+    Option("--memory", help="Logs of earlier runs of the place, or a folder of them, to go by; repeatable."),
+]
+MoveRatesFile = Annotated[
+    Path | None,
+    Option("--rates", help="With --memory: how often things move (lios learn-moves); default: the shipped rates."),
+]
 Workers = Annotated[int, Option("--workers", "-j", min=1, help="Processes on this machine.")]
 Scheduler = Annotated[
     str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
@@ -45,6 +53,9 @@ Upload = Annotated[
 ]
 DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
+Ask = Annotated[
+    bool, Option("--ask", help="Ask the --estimator for answers that neither the log nor the cache holds.")
+]
 Json = Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")]
 ServePort = Annotated[
     int | None,

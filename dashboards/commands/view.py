@@ -18,6 +18,9 @@ def view(
     ] = "127.0.0.1",
     at: Annotated[float, Option(help="Seconds after the start at which to begin.")] = 0.0,
     follow: Annotated[bool, Option("--follow", help="Show a run while it is being recorded.")] = False,
+    memory: Annotated[
+        bool, Option("--memory", help="Also show where each item was seen over days, in logs of one place.")
+    ] = False,
     no_token: Annotated[
         bool, Option("--no-token", help="Let in every program of this machine; not for other addresses.")
     ] = False,
@@ -35,10 +38,12 @@ def view(
 
         lios view logs/
 
+        lios view logs/ --memory
+
         lios view --follow run.mcap
     """
     from dashboards.viser_app.serving import show_until_stopped
 
-    lost = show_until_stopped(logs, host=host, port=port, at=at, follow=follow, token=not no_token)
+    lost = show_until_stopped(logs, host=host, port=port, at=at, follow=follow, token=not no_token, memory=memory)
     if lost:
         raise click.exceptions.Exit(3)

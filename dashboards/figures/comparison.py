@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from dashboards.figures.style import label_of
+from dashboards.figures.style import labels_of
 from dashboards.model.phases import KINDS, kind_of
 from dashboards.model.timeline import Timeline
 from dashboards.palette import PHASES
@@ -21,7 +21,7 @@ SAME = 0.05
 def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
     """One bar for each run: cost by kind of action; a line from bound to bound where the log cannot settle the
     cost."""
-    names = [label_of(t) for t in timelines]
+    names = labels_of(timelines)
     left = np.zeros(len(timelines))
     for kind in KINDS:
         parts = np.array([sum(a.cost for a in t.actions if kind_of(a) == kind) for t in timelines])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from dashboards.figures.style import label_of
+from dashboards.figures.style import labels_of
 from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour, unit_rgb
 
@@ -17,9 +17,10 @@ MAX_INSIDE_LEGEND = 3
 
 def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     """Draws cost so far over seconds; a dot at each search, a ring at the end, a cross where a run ended undone."""
+    names = labels_of(timelines)
     for i, timeline in enumerate(timelines):
         colour = unit_rgb(run_colour(i))
-        ax.plot(timeline.cost_s, timeline.cost, color=colour, label=_in_key(timeline), zorder=3 - i / 10)
+        ax.plot(timeline.cost_s, timeline.cost, color=colour, label=_in_key(names[i], timeline), zorder=3 - i / 10)
         searched = [timeline.seconds(a.stamp.ns) for a in timeline.actions if a.action == "search"]
         ax.plot(
             searched,
@@ -45,7 +46,7 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     if expected:
         at = [second for second, _ in expected]
         total = np.interp(at, first.cost_s, first.cost) + [cost for _, cost in expected]
-        whose = f" by {label_of(first)}" if len(timelines) > 1 else ""
+        whose = f" by {names[0]}" if len(timelines) > 1 else ""
         ax.step(
             [*at, first.duration_s],
             [*total, total[-1]],
@@ -63,6 +64,6 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     ax.legend(**beside)
 
 
-def _in_key(timeline: Timeline) -> str:
-    """The strategy; for a run that did not do its task also how it ended, since its line stops short of a cost."""
-    return label_of(timeline) if timeline.status == "done" else f"{label_of(timeline)} ({timeline.status})"
+def _in_key(name: str, timeline: Timeline) -> str:
+    """The run's name; for one that did not do its task also how it ended, since its line stops short of a cost."""
+    return name if timeline.status == "done" else f"{name} ({timeline.status})"

@@ -7,7 +7,7 @@ from matplotlib.patches import Patch
 
 from dashboards.model.phases import KINDS, kind_of
 from dashboards.model.timeline import Timeline
-from dashboards.palette import PHASES
+from dashboards.palette import FAILED, PHASES, css
 from workbench.log_schema.events import ActionFinished
 from workbench.worlds.names import readable_name
 
@@ -27,7 +27,7 @@ def draw_gantt(ax: Axes, timeline: Timeline) -> None:
             left=start,
             height=0.62,
             color=PHASES[kind_of(action)],
-            edgecolor="white" if action.success else "#D55E00",
+            edgecolor="white" if action.success else css(FAILED),
             linewidth=0.5,
             hatch="" if action.support != "imputed" else "////",
         )

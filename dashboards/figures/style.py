@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -10,6 +10,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 
 from dashboards.model.labels import label
+from dashboards.model.run_names import run_names
 from dashboards.model.timeline import Timeline
 from workbench.planning.strategies import PAPER_NAMES
 
@@ -76,7 +77,10 @@ def scale_bar(ax: Axes, *, metres: float = 2.0) -> None:
     )
 
 
-def label_of(timeline: Timeline) -> str:
-    """A run's strategy as the paper spells it."""
-    name = timeline.run.info.strategy
-    return PAPER_NAMES.get(name, label(name))
+def labels_of(timelines: Sequence[Timeline]) -> list[str]:
+    """Names that tell the runs apart, as in the dashboard, with strategies as the paper spells them."""
+    named: list[str] = []
+    for timeline, name in zip(timelines, run_names([t.run for t in timelines]), strict=True):
+        ours = timeline.run.info.strategy
+        named.append(label(name.replace(ours, PAPER_NAMES.get(ours, ours), 1)))
+    return named

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from dashboards.figures.floor_plan import draw_floor_plan
-from dashboards.figures.style import label_of, scale_bar
+from dashboards.figures.style import labels_of, scale_bar
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import NEVER, Timeline
 from dashboards.palette import FOUND, run_colour, unit_rgb
@@ -36,7 +36,9 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
     )
     _number_searches(ax, first)
     if len(timelines) > 1:
-        handles = [Line2D([], [], color=unit_rgb(run_colour(i)), label=label_of(t)) for i, t in enumerate(timelines)]
+        handles = [
+            Line2D([], [], color=unit_rgb(run_colour(i)), label=name) for i, name in enumerate(labels_of(timelines))
+        ]
         ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=min(4, len(handles)))
     scale_bar(ax)
 

@@ -15,6 +15,7 @@ from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
 from dashboards.sensing.senses import RobotSensors, sensors_of
 from replayers.log_tools.notes import Note, notes_of
+from workbench.beliefs.memory.history import History
 from workbench.caches import Cache
 from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.log_schema.events import NANO, SeenItem
@@ -62,6 +63,8 @@ class Library:
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
         self.unreadable: list[str] = []
+        self.history: History | None = None
+        """What the logs remember of their place, where that was asked for."""
 
     def timeline(self, index: int) -> Timeline:
         """The timeline of the index-th log.

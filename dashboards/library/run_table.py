@@ -36,6 +36,7 @@ class Trial:
     outcome: str
     cost: float
     searches: int
+    estimator: str = ""
 
 
 class NotRecorded(NotFound):
@@ -76,6 +77,7 @@ def trial_rows(trials: Sequence[Trial], logs: Sequence[Path]) -> list[RunRow]:
             outcome=t.outcome,
             cost=t.cost,
             searches=t.searches,
+            estimator=t.estimator,
         )
         for t in trials
     ]
@@ -100,7 +102,7 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
         rows.append(
             RunRow(
                 index=index,
-                file=logs[index].name,
+                file=_file_name(logs[index], folder),
                 place=row.place,
                 scenario=_sought(logs[index]) if row.scenario == "find" else row.scenario,
                 strategy=row.strategy,
@@ -109,9 +111,15 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
                 outcome=(row.status or "cut off") + (", not whole" if row.problem else ""),
                 cost=row.cost,
                 searches=row.searches,
+                estimator=row.estimator,
             )
         )
     return rows, problems
+
+
+def _file_name(log: Path, folder: Path | None) -> str:
+    """A log's name, with the folders between it and the one that was opened."""
+    return log.relative_to(folder).as_posix() if folder is not None and log.is_relative_to(folder) else log.name
 
 
 def scenario_of(task: Task) -> str:
@@ -145,6 +153,7 @@ def _tasks(folder: Path) -> list[Trial]:
             outcome=row.status,
             cost=row.cost,
             searches=row.searches,
+            estimator=row.estimator,
         )
         for row in read_rows(folder / TRIALS_FILE, torn_is_fine=True)
     ]

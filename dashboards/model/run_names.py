@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from dashboards.palette import RUNS
+
 if TYPE_CHECKING:
     from replayers.runs.run import Run
 
@@ -15,6 +17,7 @@ def run_names(runs: Sequence[Run]) -> list[str]:
 
     A name is the run's strategy. Where several runs share it, the first of estimator, seed, place, source (a replay)
     and file that differ among them are added, until they are told apart; runs of the same file name get their number.
+    Where more runs are shown than there are colours, all names begin with the run's number.
     """
     names = [run.info.strategy for run in runs]
     for part in (_estimator, _seed, _place, _replay, _file):
@@ -24,6 +27,8 @@ def run_names(runs: Sequence[Run]) -> list[str]:
             f"{name}{part(run)}" if again[name] > 1 and len(same[name]) > 1 else name
             for run, name in zip(runs, names, strict=True)
         ]
+    if len(names) > len(RUNS):
+        return [f"{i + 1}: {name}" for i, name in enumerate(names)]
     again = Counter(names)
     return [f"{name} #{i + 1}" if again[name] > 1 else name for i, name in enumerate(names)]
 

@@ -29,6 +29,8 @@ class Line:
     points: Sequence[Point]
     dashed: bool = False
     keyed: bool = True
+    number: str = ""
+    """Stands at the line's end, where runs have numbers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +87,7 @@ def chart(
     return html(
         '<div class="lp"><h3>{}</h3><div class="chart"><div class="axis">{}</div><div '
         'class="strip" data-strip="{}" {}><svg width="100%" height="{}" viewBox="0 0 {} {}" '
-        'preserveAspectRatio="none">{}{}</svg><div class="cursor"></div></div></div><div '
+        'preserveAspectRatio="none">{}{}</svg>{}<div class="cursor"></div></div></div><div '
         'class="ends"><span>0</span><span>{}</span></div><div class="legend">{}</div></div>',
         text(title),
         marks,
@@ -96,6 +98,7 @@ def chart(
         HEIGHT_PX,
         rules,
         drawn,
+        Markup("").join(_number(line, end, top) for line in lines if line.number and line.points),
         f"{end:.1f} {unit}" if unit else f"{end:g}",
         legend,
     )
@@ -128,6 +131,12 @@ def _band(band: Band, end: float, top: float) -> Markup:
         band.low,
         band.high,
     )
+
+
+def _number(line: Line, end: float, top: float) -> Markup:
+    x, y = line.points[-1]
+    at = html("left:{:.1f}%;top:{:.1f}px;color:{}", min(100 * x / end, 97.0), _y(y / top), line.colour)
+    return html('<span class="number" style="{}">{}</span>', at, line.number)
 
 
 def _line(line: Line, end: float, top: float) -> Markup:

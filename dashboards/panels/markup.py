@@ -110,6 +110,8 @@ def table(
     key: str = "",
     classes: Sequence[str] = (),
     hints: Mapping[str, str] = MappingProxyType({}),
+    commands: Mapping[str, str] = MappingProxyType({}),
+    headings: Mapping[int, Markup] = MappingProxyType({}),
 ) -> Markup:
     """A table of cells that are already markup; a click on a heading sorts by it.
 
@@ -117,23 +119,26 @@ def table(
         key: name of the table, so that a chosen sort order survives new content.
         classes: one per column ("n" for numbers).
         hints: what a heading means, shown as its tooltip.
+        commands: what a click on a heading asks for, where the page itself does not sort.
+        headings: markup that stands in a line of its own before a row, by the row's number.
     """
     kinds = [*classes, *[""] * len(head)]
     top = Markup("").join(
         html(
             '<th class="{}" {}{}>{}</th>',
             kinds[i],
-            command(f"sort {key} {i}"),
+            command(commands.get(title, f"sort {key} {i}")),
             _tooltip(hints.get(title)),
             text(title),
         )
         for i, title in enumerate(head)
     )
     body = Markup("").join(
-        Markup("<tr>")
+        _heading(headings.get(number), len(head))
+        + Markup("<tr>")
         + Markup("").join(html('<td class="{}">{}</td>', kinds[i], cell) for i, cell in enumerate(row))
         + Markup("</tr>")
-        for row in rows
+        for number, row in enumerate(rows)
     )
     return html(
         '<table class="lios" data-table="{}"><thead><tr>{}</tr></thead><tbody>{}</tbody></table>',
@@ -141,6 +146,10 @@ def table(
         top,
         body,
     )
+
+
+def _heading(words: Markup | None, columns: int) -> Markup:
+    return html('<tr class="group"><td colspan="{}">{}</td></tr>', columns, words) if words else Markup("")
 
 
 def _tooltip(hint: str | None) -> Markup:

@@ -6,13 +6,15 @@ from markupsafe import Markup
 
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import FOUND, GOAL, ITEM, KNOWN, PHASES, RUNS, SEARCHED, css
+from dashboards.palette import FAILED, FOUND, GOAL, ITEM, KNOWN, PHASES, SEARCHED, css
 from dashboards.panels.markup import chip, dot, html, name, number, percent, text
 from replayers.runs.gaps import gaps_of
 from workbench.belief_colours import belief_colours
 from workbench.tolerances import NEAR_SHOWN_COST
 from workbench.worlds.names import readable_name
 
+DARK_PHASES = ("searching", "manipulating")
+"""Phases whose colour has white words on it."""
 MAX_TASK_CHARS = 300
 """Characters of a task that are shown."""
 
@@ -58,9 +60,9 @@ def now(scene: Scene) -> Markup:
         html("<div><b{}>{}</b><span>{}</span></div>", live, value, label) for value, label, live in figures
     )
     holding = html(" · holding {}", readable_name(scene.robot.holding)) if scene.robot.holding else ""
-    phase = chip(scene.phase, PHASES.get(scene.phase, "#ddd"))
+    phase = chip(scene.phase, PHASES.get(scene.phase, "#ddd"), dark=scene.phase in DARK_PHASES)
     if scene.outcome:
-        phase = chip(scene.outcome, css(FOUND if scene.outcome == "done" else RUNS[1]), dark=True)
+        phase = chip(scene.outcome, css(FOUND if scene.outcome == "done" else FAILED), dark=True)
     why = html('<p class="muted">Decided because: {}</p>', name(scene.reason)) if scene.reason else ""
     return html(
         '<div class="lp"><p>{} {}{}</p><div class="facts">{}</div><p>Decision <b>{}</b> of {}</p>{}{}</div>',
@@ -86,13 +88,16 @@ def _failure_note(scene: Scene) -> Markup:
     return html('<p class="warn">Ended because: {}.{}</p>', name(scene.why_ended, most=MAX_TASK_CHARS), cost)
 
 
-def legend(scene: Scene, *, unopened: bool = False, ended: bool = False, items: bool = False) -> Markup:
+def legend(
+    scene: Scene, *, unopened: bool = False, ended: bool = False, items: bool = False, assumed: bool = False
+) -> Markup:
     """What the colours and marks of runs mean, with the scale's ends. The same at every moment, so that the layout is
     stable.
 
     Args:
         unopened: containers that no run opened are marked. ended: one is marked where a replay had to end.
         items: the items that were seen are marked, and the places of the goal framed.
+        assumed: parts of a path were assumed by a replay.
     """
     stops = Markup(", ").join(css(belief_colours(i / 8)) for i in range(9))
     of = html("belief in {}", readable_name(scene.focus)) if scene.focus else "no beliefs"
@@ -107,6 +112,8 @@ def legend(scene: Scene, *, unopened: bool = False, ended: bool = False, items: 
         dot(FOUND),
         dot(KNOWN),
     )
+    marks += _line("whole", "walked") + _line("dashed", "planned")
+    marks += _line("short", "assumed by a replay") if assumed else ""
     marks += Markup("<span>? nobody opened it</span>") if unopened else ""
     marks += Markup("<span>◆ here a replay had to end</span>") if ended else ""
     marks += Markup("<span>1, 2, 3 order of search</span>") if scene.decisions else ""
@@ -115,3 +122,14 @@ def legend(scene: Scene, *, unopened: bool = False, ended: bool = False, items: 
     marks += frame if items else ""
     colours = html("{}: {}", of, scale) if scene.focus else of
     return html('<div class="lp legend"><span>{}</span>{}</div>', colours, marks)
+
+
+def _line(kind: str, words: str) -> Markup:
+    """A line as paths are drawn: whole, dashed, or in short dashes."""
+    dashes = {"whole": "", "dashed": "6 4", "short": "3 3"}[kind]
+    return html(
+        '<span><svg class="key" width="24" height="8"><line x1="1" x2="23" y1="4" y2="4" stroke="#4a4f57" '
+        'stroke-width="2" stroke-dasharray="{}"/></svg>{}</span>',
+        dashes,
+        words,
+    )

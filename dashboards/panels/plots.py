@@ -12,7 +12,7 @@ from dashboards.model.belief_series import belief_series
 from dashboards.model.clock import UNITS, Clock
 from dashboards.model.labels import place_words
 from dashboards.model.timeline import Timeline
-from dashboards.palette import css, run_colour
+from dashboards.palette import css, run_colour, run_number
 from dashboards.panels.chart import Band, Line, Point, chart
 from dashboards.panels.markup import axis_number, percent
 from workbench.tolerances import ROUNDING
@@ -45,7 +45,12 @@ def cost_plot(clock: Clock, names: list[str]) -> Markup:
 def remaining_plot(clock: Clock, names: list[str]) -> Markup:
     """Expected remaining cost of the plan in force: it falls as the run spends, and jumps at decisions."""
     lines = [
-        Line(name=names[row], colour=css(run_colour(row)), points=points)
+        Line(
+            name=names[row],
+            colour=css(run_colour(row)),
+            points=points,
+            number=run_number(row, len(clock.timelines)),
+        )
         for row, timeline in enumerate(clock.timelines)
         if (points := _remaining(timeline, clock, row))
     ]
@@ -89,7 +94,14 @@ def _cost_lines(timeline: Timeline, clock: Clock, row: int, name: str, colour: s
         (dashed, list(group)) for dashed, group in itertools.groupby(range(max(len(points) - 1, 0)), key=assumed)
     ]
     return [
-        Line(name=name, colour=colour, points=points[g[0] : g[-1] + 2], dashed=dashed, keyed=i == 0)
+        Line(
+            name=name,
+            colour=colour,
+            points=points[g[0] : g[-1] + 2],
+            dashed=dashed,
+            keyed=i == 0,
+            number=run_number(row, len(clock.timelines)) if i == len(pieces) - 1 else "",
+        )
         for i, (dashed, g) in enumerate(pieces)
     ] or [Line(name=name, colour=colour, points=points)]
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from dashboards.palette import RUNS, css
+from dashboards.palette import FAILED, FOUND, css
 from dashboards.panels.markup import axis_number, command, html, name, number, text
 from dashboards.panels.runs import RunRow
 from workbench.tolerances import NEAR_COST
@@ -39,7 +39,7 @@ def pairs(rows: Sequence[RunRow], first: str, second: str) -> list[tuple[RunRow,
         other = runs.get((second, trial, which), [])
         if strategy == first and len(mine) == len(other) == 1:
             found.append((mine[0], other[0]))
-    return found[:MAX_POINTS][:MAX_POINTS]
+    return found[:MAX_POINTS]
 
 
 def scatter(rows: Sequence[RunRow], first: str, second: str) -> Markup:
@@ -61,7 +61,7 @@ def scatter(rows: Sequence[RunRow], first: str, second: str) -> Markup:
         'y2="{}" stroke="#c9cdd3"/>{}<text x="{}" y="{}" text-anchor="middle">cost of {}</text>'
         '<text x="9" y="{}" text-anchor="middle" transform="rotate(-90 9 {})">cost of {}'
         "</text>{}</svg><p>{} {}: {} costs {} than {} on average; it is cheaper in {} and more "
-        'expensive in {}.</p><p class="muted">Under the line the second is cheaper; orange: one '
+        'expensive in {}.</p><p class="muted">Under the line the second is cheaper; red square: one '
         "of the two failed; pale: not recorded. A click on a point opens its two runs.</p></div>",
         SIDE_PX,
         SIDE_PX,
@@ -117,19 +117,12 @@ def _point(a: RunRow, b: RunRow, top: float) -> Markup:
     done = a.outcome == b.outcome == "done"
     logs = [str(row.index) for row in (a, b) if row.index >= 0]
     click = command(f"open {','.join(logs)}") if logs else ""
-    return html(
-        '<circle cx="{:.1f}" cy="{:.1f}" r="4.5" fill="{}" fill-opacity="{}" stroke="white" {}>'
-        "<title>{}: {}, {} and {}</title></circle>",
-        x,
-        y,
-        css(RUNS[0] if done else RUNS[1]),
-        0.65 if logs else 0.25,
-        click,
-        text(a.place),
-        text(a.scenario),
-        number(a.cost),
-        number(b.cost),
-    )
+    title = html("<title>{}: {}, {} and {}</title>", text(a.place), text(a.scenario), number(a.cost), number(b.cost))
+    colour, opacity = css(FOUND if done else FAILED), 0.65 if logs else 0.25
+    look = html('fill="{}" fill-opacity="{}" stroke="white" {}', colour, opacity, click)
+    if done:
+        return html('<circle cx="{:.1f}" cy="{:.1f}" r="4.5" {}>{}</circle>', x, y, look, title)
+    return html('<rect x="{:.1f}" y="{:.1f}" width="8" height="8" {}>{}</rect>', x - 4, y - 4, look, title)
 
 
 def _tick(share: float, top: float) -> Markup:

@@ -7,11 +7,14 @@ from collections.abc import Sequence
 from markupsafe import Markup
 
 from dashboards.model.clock import UNITS, Clock
-from dashboards.palette import PHASES, Colour, css
+from dashboards.model.phases import Phase
+from dashboards.palette import PHASES, Colour, css, ink, run_number
 from dashboards.panels.markup import command, dot, html, name, text
 from replayers.log_tools.notes import Note
 
-ROW_PX = 16
+ROW_PX, NARROW_PX = 16, 12
+"""Height of a run's row; of many runs, so that their house keeps its room."""
+MANY_ROWS = 6
 TOP_PX = 14
 LAST_LABEL = 93
 """Per cent of the width; a label beyond this is drawn left of its line, to fit."""
@@ -29,25 +32,26 @@ def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence
         notes: of each run, marked on its row with their words as tooltips.
     """
     end = clock.end
-    height = TOP_PX + ROW_PX * len(clock.timelines) + 2
+    row_px = ROW_PX if len(clock.timelines) <= MANY_ROWS else NARROW_PX
+    height = TOP_PX + row_px * len(clock.timelines) + 2
     parts = [_axis(end, UNITS[clock.alignment], height)]
     for row, timeline in enumerate(clock.timelines):
-        y = TOP_PX + row * ROW_PX
+        y = TOP_PX + row * row_px
         phases = timeline.phases
         stride = max(1, len(phases) // MAX_PHASES)
         for first in range(0, len(phases), stride):
             block = phases[first : first + stride]
             a, b = clock.position(block[0].start_ns, run=row), clock.position(block[-1].end_ns, run=row)
-            parts.append(_phase(a / end, b / end, y, block[0].name, block[0].title, block[0].support))
+            parts.append(_phase((a / end, b / end), y, row_px, block[0]))
         for stamp in timeline.decision_ns[:: max(1, len(timeline.decision_ns) // MAX_PHASES)]:
             x = _x(clock.reading(stamp, run=row) / end)
             parts.append(
                 html(
-                    '<line x1="{:.3f}%" x2="{:.3f}%" y1="{}" y2="{}" stroke="#23262b"/>', x, x, y - 2, y + ROW_PX - 3
+                    '<line x1="{:.3f}%" x2="{:.3f}%" y1="{}" y2="{}" stroke="#23262b"/>', x, x, y - 2, y + row_px - 3
                 )
             )
         for note in (notes[row] if row < len(notes) else ())[:MAX_NOTES]:
-            parts.append(_note(_x(clock.reading(note.start_ns, run=row) / end), y, note))
+            parts.append(_note(_x(clock.reading(note.start_ns, run=row) / end), y + row_px, note))
     runs = Markup("").join(html("<span>{}{}</span>", dot(colours[i]), name(names[i])) for i in range(len(names)))
     keys = Markup("").join(
         html('<span><span class="dot" style="background:{}"></span>{}</span>', colour, text(phase))
@@ -59,7 +63,7 @@ def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence
         '<div class="lp lios-timeline"><div class="rows">{}<div class="strip" data-strip="{}" {}><svg '
         'width="100%" height="{}">{}</svg><div class="cursor"></div></div></div>{}<div '
         'class="legend">{}<span>| decision</span>{}</div></div>',
-        _whose(names, colours) if several else "",
+        _whose(names, colours, row_px) if several else "",
         end,
         command("strip"),
         height,
@@ -70,31 +74,33 @@ def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence
     )
 
 
-def _note(x: float, y: int, note: Note) -> Markup:
+def _note(x: float, bottom: int, note: Note) -> Markup:
     """A triangle at the time that a note is about."""
     who = f"{note.author}: " if note.author else ""
     return html(
         '<text x="{:.3f}%" y="{}" text-anchor="middle" style="fill:#111;stroke:#fff;stroke-width:3px;'
         'paint-order:stroke;font-size:12px">▼<title>{}</title></text>',
         x,
-        y + ROW_PX - 5,
+        bottom - 5,
         text(f"{who}{note.text}"[:MAX_NOTE_CHARS]),
     )
 
 
-def _whose(names: list[str], colours: list[Colour]) -> Markup:
+def _whose(names: list[str], colours: list[Colour], row_px: int) -> Markup:
     """Before each row the colour of its run, with its name."""
     marks = Markup("").join(
         html(
-            '<span style="top:{}px;height:{}px;background:{}" title="{}"></span>',
-            TOP_PX + row * ROW_PX,
-            ROW_PX - 3,
+            '<span style="top:{}px;height:{}px;color:{};background:{}" title="{}">{}</span>',
+            TOP_PX + row * row_px,
+            row_px - 3,
+            ink(colours[row]),
             css(colours[row]),
             text(name),
+            run_number(row, len(names)),
         )
         for row, name in enumerate(names)
     )
-    return html('<div class="whose">{}</div>', marks)
+    return html('<div class="whose{}">{}</div>', " numbered" if run_number(0, len(names)) else "", marks)
 
 
 def cursor(clock: Clock, reading: float) -> Markup:
@@ -106,11 +112,11 @@ def _x(share: float) -> float:
     return 100 * min(max(share, 0.0), 1.0)
 
 
-def _phase(a: float, b: float, y: int, phase: str, title: str, support: str) -> Markup:
-    x, width = _x(a), max(_x(b) - _x(a), 0.06)
+def _phase(shares: tuple[float, float], y: int, row_px: int, phase: Phase) -> Markup:
+    x, width = _x(shares[0]), max(_x(shares[1]) - _x(shares[0]), 0.06)
     dashed = (
         Markup(' fill-opacity="0.45" stroke="#23262b" stroke-dasharray="3 2" stroke-width="0.6"')
-        if support == "imputed"
+        if phase.support == "imputed"
         else ""
     )
     return html(
@@ -118,10 +124,10 @@ def _phase(a: float, b: float, y: int, phase: str, title: str, support: str) -> 
         x,
         y,
         width,
-        ROW_PX - 3,
-        PHASES[phase],
+        row_px - 3,
+        PHASES[phase.name],
         dashed,
-        text(title),
+        text(phase.title),
     )
 
 

@@ -27,7 +27,7 @@ MAX_FIELDS = 40
 PAGE = "> "
 """Before commands of the page itself, which are whole as they come; people type theirs letter by letter."""
 VERBS = ("seek", "decision", "open", "overlay", "look")
-WANTED = "seconds, as 12.5, or one of: decision 7, seek 12.5, open 2, overlay 3"
+WANTED = "seconds, as 12.5, or one of: decision 7, seek 12.5, open 2, overlay 3, look 5, filter lios, page 2"
 DIGITS = 6
 """Of a run's number, at most."""
 
@@ -124,6 +124,8 @@ def execute_command(session: Session, words: str) -> None:
         changes = parse_query(rest, runs=len(session.library.paths))
         if changes:
             session.change(**changes)
+    elif verb in session.listers:
+        session.listers[verb](rest.strip())
     elif value is None or (rest and verb not in VERBS):
         raise BadValue("Go to", words.strip(), WANTED)
     elif verb == "decision":

@@ -11,6 +11,7 @@ from dashboards.viser_app.access import TokenRequired, is_loopback
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
+from replayers.memory.collect import read_history
 from replayers.runs.gaps import loss_lines, losses
 from workbench.errors import BadValue, FileMissing, LiosError
 from workbench.terminal import say
@@ -20,14 +21,21 @@ PATIENCE_S = 600.0
 
 
 def show_until_stopped(
-    logs: Sequence[Path], *, host: str, port: int, at: float, follow: bool, token: bool = True
+    logs: Sequence[Path],
+    *,
+    host: str,
+    port: int,
+    at: float,
+    follow: bool,
+    token: bool = True,
+    memory: bool = False,
 ) -> Mapping[str, tuple[str, ...]]:
     """Serves until Ctrl-C; returns what is missing from the runs that are shown at first, by their logs.
 
     Raises:
         FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse, TokenRequired.
     """
-    dashboard = open_dashboard(logs, host=host, port=port, at=at, follow=follow, token=token)
+    dashboard = open_dashboard(logs, host=host, port=port, at=at, follow=follow, token=token, memory=memory)
     try:
         # Said in here: whoever reads it may press Ctrl-C at once.
         say(f"Dashboard at {dashboard.link()} (Ctrl-C stops it).")
@@ -48,8 +56,12 @@ def open_dashboard(
     at: float = 0.0,
     follow: bool = False,
     token: bool = True,
+    memory: bool = False,
 ) -> Dashboard:
     """Reads the logs and starts serving.
+
+    Args:
+        memory: whether to show where each item was seen over days; the logs must then be of one place.
 
     Raises:
         BadValue: a moment before the start.
@@ -64,6 +76,8 @@ def open_dashboard(
     if follow:
         _wait_for_logs(logs)
     library = Library(logs)
+    if memory:
+        library.history = read_history(logs)
     named = [path for path in logs if not path.is_dir()]
     if named:
         for index in range(len(library.paths)):

@@ -63,6 +63,8 @@ class Session:
         self.openers: list[Callable[[Session], None]] = []
         self.choosers: list[Callable[[str], None]] = []
         """Called with the label of the tab that should come to the front."""
+        self.listers: dict[str, Callable[[str], None]] = {}
+        """What arranges the table of runs, by the verb of its command."""
         self.settlers: list[Callable[[Session], None]] = []
         self.trouble = ViewErrors(str(client.client_id))
         self.troubled: list[Callable[[str], None]] = []

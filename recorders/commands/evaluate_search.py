@@ -13,7 +13,9 @@ from workbench.options import (
     Houses,
     Json,
     MissRate,
+    MoveRatesFile,
     RecordTrials,
+    Scheduler,
     Split,
     Workers,
 )
@@ -41,7 +43,13 @@ def search(
     look: Annotated[float, Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")] = 0.0,
     miss_rate: MissRate = 0.0,
     workers: Workers = 1,
+    scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of drawn queries and of the bootstrap.")] = 0,
+    memory: Annotated[
+        bool,
+        Option("--memory", help="Measure instead what memory of five earlier searches in each house saves."),
+    ] = False,
+    rates: MoveRatesFile = None,
     assets: AssetsOrBeside = None,
     output: Annotated[
         Path | None, Option("--output", "-o", help="A folder for the table, the trials and the figures.")
@@ -67,12 +75,16 @@ def search(
 
         lios evaluate search --queries 20 --record -o out
 
+        lios evaluate search --houses houses.jsonl.gz --memory --policies conditioned-lios
+
         lios evaluate search --houses mine.jsonl.gz --folds 5 --workers 2 -o out
 
         lios evaluate search --miss-rate 0.2 --policies robust-lios,conditioned-lios,conditioned-lios@start-over
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.beliefs.fold_weights import folds_from_options, trained_per_fold
+    from workbench.evaluation.beliefs.fold_training import trained_per_fold
+    from workbench.evaluation.beliefs.fold_weights import folds_from_options
+    from workbench.evaluation.cluster import Workforce
     from workbench.evaluation.search.report import SearchRequest, answer_of, measure, output_folder
     from workbench.terminal import emit_json, progress, say
 
@@ -87,11 +99,20 @@ def search(
         paper_estimator=paper_estimator,
         search_cost=look,
         workers=workers,
+        scheduler=scheduler,
         seed=seed,
         assets=assets,
         folds=folds_from_options(folds, also),
         miss_rate=miss_rate,
     )
+    if memory or rates is not None:
+        from recorders.commands.memory_tables import show_searches
+
+        if not memory or record or request.folds is not None or dry_run or miss_rate or workers > 1:
+            given = "given for --rates, and without --record, --folds, --miss-rate, --workers and --dry-run"
+            raise BadValue("--memory", memory, given)
+        show_searches(request, rates, output, force=force, json=json)
+        return
     experiment = request.experiment()
     if dry_run:
         count = sum(1 for _ in request.chosen_houses())
@@ -101,7 +122,11 @@ def search(
         return
     folder = None if output is None else output_folder(output, force=force)
     with trained_per_fold(
-        experiment.estimators(), request.dealt, folder, watched=lambda them: progress(list(them), title="Training")
+        experiment.estimators(),
+        request.dealt,
+        folder,
+        watched=lambda them, total: progress(them, title="Training", total=total),
+        on=Workforce(workers, scheduler),
     ) as believers:
         report = measure(request, believers=believers, watched=lambda results: progress(results, title="Searching"))
         answer = answer_of(report)

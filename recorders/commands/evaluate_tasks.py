@@ -16,6 +16,7 @@ from workbench.options import (
     Houses,
     Json,
     MissRate,
+    MoveRatesFile,
     RecordTrials,
     Scheduler,
     Split,
@@ -56,6 +57,10 @@ def tasks(
     ] = "fcnn",
     seed: Annotated[int, Option("--seed", help="Seed of houses, tasks, starts and the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
+    memory: Annotated[
+        bool, Option("--memory", help="Measure instead what memory of five earlier tasks in each house saves.")
+    ] = False,
+    rates: MoveRatesFile = None,
     record: RecordTrials = False,
     output: Annotated[
         Path | None, Option("--output", "-o", help="A folder for the trials and the table; resumable.")
@@ -75,6 +80,8 @@ def tasks(
         lios evaluate tasks --workers 2 -o out
 
         lios evaluate tasks --scenarios deliver-3,coffee --strategies paper,conditioned-lios --trials 20 -o out
+
+        lios evaluate tasks --memory --scenarios deliver-3 --strategies conditioned-lios --trials 60
 
         lios evaluate tasks -k "deliver and (model or conditioned)" --dry-run
 
@@ -118,6 +125,14 @@ def tasks(
     if not chosen:
         raise BadValue("-k", cells, "met by at least one cell; --dry-run without -k lists them")
     request.require_estimators()
+    if memory or rates is not None:
+        from recorders.commands.memory_tables import show_tasks
+
+        if not memory or record or cells or dealt_as is not None or dry_run or scheduler or miss_rate or workers > 1:
+            given = "given for --rates, and alone: without --record, --folds, --workers, --scheduler, --miss-rate, -k"
+            raise BadValue("--memory", memory, given)
+        show_tasks(request, rates, output, force=force, json=json)
+        return
     dealt = request.dealt()
     planned = experiment.plan_trials(request, dealt)
     _say_refused(planned)
@@ -149,7 +164,8 @@ class _How(NamedTuple):
 def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
     """Run the missing trials; returns all rows."""
     from recorders.task_trials import RecordTo
-    from workbench.evaluation.beliefs.fold_weights import trained_per_fold
+    from workbench.evaluation.beliefs.fold_training import trained_per_fold
+    from workbench.evaluation.cluster import Workforce
     from workbench.evaluation.tasks import experiment
     from workbench.evaluation.tasks.workers import run_units
     from workbench.terminal import progress, say
@@ -159,7 +175,11 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Ho
     if tap:
         done = [row for row in done if tap.log_of(row).exists()]
     with trained_per_fold(
-        request.estimators(), how.dealt, how.output, watched=lambda them: progress(list(them), title="Training")
+        request.estimators(),
+        how.dealt,
+        how.output,
+        watched=lambda trained, total: progress(trained, title="Training", total=total),
+        on=Workforce(how.workers, how.scheduler),
     ) as believers:
         units = experiment.remaining_units(request, planned.keys, done, tap, how.meant, believers)
         if done:

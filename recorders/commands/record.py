@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import AssetsOrBeside, MissRate, ServePort, Upload
+from workbench.options import AssetsOrBeside, MemoryLogs, MissRate, MoveRatesFile, ServePort, Upload
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -27,7 +27,8 @@ def record(
     task: Annotated[Path | None, Option("--task", help="A task file (YAML).")] = None,
     strategy: Annotated[str, Option("--strategy", "-s", help="Strategy or search policy.")] = "conditioned-lios",
     estimator: Annotated[
-        str, Option("--estimator", help="Estimator: counts, fcnn, best, or a .safetensors of lios train.")
+        str,
+        Option("--estimator", help="counts, fcnn, best, people, mixed, a .safetensors, a .prompt, or module:Class."),
     ] = "best",
     seed: Annotated[int, Option("--seed", help="Seed of the scenario and of the containers known at the start.")] = 0,
     known: Annotated[
@@ -35,6 +36,16 @@ def record(
         Option("--known", help="Largest share of containers known at the start; default 0 for --find, else 0.2."),
     ] = None,
     miss_rate: MissRate = 0.0,
+    memory: MemoryLogs = None,
+    rates: MoveRatesFile = None,
+    day: Annotated[
+        int | None,
+        Option("--day", help="Day of the run, from 0; default 0, with --memory the first day after all logs."),
+    ] = None,
+    moved: Annotated[
+        float,
+        Option("--moved", help="Share of the items that stand elsewhere than in the house's file."),
+    ] = 0.0,
     assets: AssetsOrBeside = None,
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
@@ -56,12 +67,14 @@ def record(
 
         lios record --find mug --miss-rate 0.2 -o run.mcap
 
+        lios record --find mug --memory logs/ --moved 0.25 -o run.mcap
+
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
     import recorders
     from recorders.sinks.files import LogFiles, Split
     from recorders.sinks.mirrored import watched
-    from workbench.errors import Failed, OutputExists
+    from workbench.errors import Failed, OutputExists, Unsupported
     from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
     from workbench.remote.upload import require_upload, send
@@ -94,6 +107,10 @@ def record(
             seed=seed,
             known=known,
             miss_rate=miss_rate,
+            memory=memory or (),
+            rates=rates,
+            day=day,
+            moved=moved,
             assets=assets,
             force=force,
             sink=files,
@@ -110,6 +127,8 @@ def record(
             send(part, upload, force=force)
     if end.status is RunStatus.PLANNER_FAILED:
         raise Failed(f"{by} broke: {end.reason}")
+    if end.status is RunStatus.ESTIMATOR_FAILED:
+        raise Unsupported(f"{end.reason} What was recorded until then is in {output}.")
 
 
 def _emit(trial: Trial, by: str, end: RunEnded, output: Path, parts: Sequence[Path] | None) -> None:
@@ -140,7 +159,7 @@ def _tell(end: RunEnded, output: Path, parts: Sequence[Path] | None) -> None:
 
     looked = counted(end.searches, "container")
     say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
-    if end.status not in (RunStatus.DONE, RunStatus.PLANNER_FAILED):
+    if end.status not in (RunStatus.DONE, RunStatus.PLANNER_FAILED, RunStatus.ESTIMATOR_FAILED):
         say(f"Why: {end.reason}")
     if parts is None:
         say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")

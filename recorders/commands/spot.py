@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import Force, Json, ServePort
+from workbench.options import Force, Json, MemoryLogs, MoveRatesFile, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -152,7 +152,9 @@ def record(
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.record_session import SessionPlan, record_session
     from recorders.spot.run.site_tasks import site_task
+    from recorders.spot.run.status_line import status_line
     from recorders.spot.session.session import Rates
+    from recorders.spot.tags.pictures import require_detector
     from workbench.errors import OutputExists
     from workbench.terminal import emit_json, say
     from workbench.worlds.sites.site import load_site, unsurveyed_site
@@ -160,16 +162,17 @@ def record(
     if output.exists() and not force:
         raise OutputExists(output)
     _check_parts(keep_last, split_mb, split_s)
-    _within("--images-hz", images_hz, 0, 60)
-    _within("--state-hz", state_hz, 0, 200)
+    check_within("--images-hz", images_hz, 0, 60)
+    check_within("--state-hz", state_hz, 0, 200)
     for option, seconds in (("--for", for_s), ("--keep-last", keep_last)):
         if seconds is not None:
-            _within(option, seconds, 0.1, 1e6)
+            check_within(option, seconds, 0.1, 1e6)
     place = load_site(site) if site else unsurveyed_site()
+    require_detector(place)
     wanted = SessionPlan(
         site=place,
         task=None if task is None else site_task(task, place),
-        rates=Rates(images_hz=images_hz, state_hz=state_hz, raw=raw, cameras=_names(cameras)),
+        rates=Rates(images_hz=images_hz, state_hz=state_hz, raw=raw, cameras=camera_names(cameras)),
         for_s=for_s,
         split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
@@ -187,7 +190,9 @@ def record(
             f"Recording {connection.serial} at {robot} to {output}. "
             "Keys: n note, m mark, o opened, d done, f failed, q end."
         )
-        report = record_session(connection, replace(wanted, audience=audience), output, force=force)
+        with status_line() as show:
+            followed = replace(wanted, audience=audience, show_status=show)
+            report = record_session(connection, followed, output, force=force)
     if json:
         emit_json({"log": str(output), **report.as_json()})
     else:
@@ -199,7 +204,7 @@ def run(
     site: SiteOption,
     task: Annotated[Path | None, Option("--task", help="The task (YAML); default: deliver.yaml of the site.")] = None,
     strategy: Annotated[str, Option("--strategy", "-s", help="Strategy by name.")] = "conditioned-lios",
-    estimator: Annotated[str, Option("--estimator", help="Estimator: counts, fcnn, best.")] = "best",
+    estimator: Annotated[str, Option("--estimator", help="Estimator: counts, fcnn, best, people, mixed.")] = "best",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     speed: Annotated[float | None, Option("--speed", help="Speed limit in m/s.")] = None,
     look: Annotated[float, Option("--look", help="Duration of a look in seconds.")] = 6.0,
@@ -220,6 +225,8 @@ def run(
     resume: Annotated[
         bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
     ] = False,
+    memory: MemoryLogs = None,
+    rates: MoveRatesFile = None,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     serve: ServePort = None,
     operator: OperatorName = "",
@@ -231,8 +238,9 @@ def run(
 ) -> None:
     """Run a task on a Spot and record it; the lease is always returned.
 
-    Space or s stops the robot and ends the run, n marks the moment. Without an arm, an operator confirms by key. A
-    robot that gets no command for three seconds stops by itself.
+    Keys: space or s stops the robot and ends the run, p lets it stand and g go on, k skips the container at hand, i
+    says that an item is there, n marks the moment. A line tells battery, localisation, link, tags and what is next.
+    Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by itself.
 
     Examples:
 
@@ -243,12 +251,14 @@ def run(
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
+    from recorders.earlier_runs import memory_now
     from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.run.run import RobotRun, setup_of
     from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import delivery_of, site_task
     from recorders.spot.session.session import Rates
+    from recorders.spot.tags.pictures import require_detector
     from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site
 
@@ -256,9 +266,10 @@ def run(
         raise OutputExists(output)
     if speed is not None and not 0 < speed <= 1.6:
         raise BadValue("--speed", speed, "more than 0 and at most 1.6 m/s, Spot's own limit")
-    _within("--look", look, 0.1, 600)
-    _within("--images-hz", images_hz, 0, 60)
+    check_within("--look", look, 0.1, 600)
+    check_within("--images-hz", images_hz, 0, 60)
     place = load_site(site)
+    require_detector(place)
     address = RobotAddress.read(robot)
     wanted = RobotRun(
         site=place,
@@ -267,25 +278,26 @@ def run(
         estimator=estimator,
         seed=seed,
         settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=resume),
-        rates=Rates(images_hz=images_hz, cameras=_names(cameras)),
+        rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
         take_lease=take_lease,
         own_estop=own_estop,
         map_folder=map_folder,
         operator_name=operator,
         log_serial=serial,
+        memory=memory_now(memory, rates, place.plan),
     )
     ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
-            _tell_plan(connection, wanted, ready)
+            tell_plan(connection, wanted, ready)
             return
         with watched(output.name, serve) as audience:
             watched_run = replace(wanted, audience=audience)
-            report = _run_by_keys(connection, watched_run, ready, output, force=force)
-    _tell_run(report, output, as_json=json)
+            report = run_by_keys(connection, watched_run, ready, output, force=force)
+    tell_run(report, output, as_json=json)
 
 
-def _tell_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
+def tell_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
     """Print the first decision without moving the robot."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.run import first_decision
@@ -296,21 +308,21 @@ def _tell_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> Non
     say(event_line(planned) if planned is not None else "The goal is met already: nothing to do.")
 
 
-def _run_by_keys(
-    connection: Connection, wanted: RobotRun, ready: RunSetup, output: Path, *, force: bool
-) -> RunReport:
+def run_by_keys(connection: Connection, wanted: RobotRun, ready: RunSetup, output: Path, *, force: bool) -> RunReport:
     """Run with progress output and keyboard control."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
     from recorders.spot.run.run import run_and_record
+    from recorders.spot.run.status_line import status_line
+    from recorders.spot.run.wishes import RUN_KEYS
     from workbench.terminal import say
 
     stop = StopSwitch()
-    say("Space or s stops the robot; n marks the moment in the log.")
-    with stop_on_signals(stop), KeyboardOperator(stop) as keys:
+    say(RUN_KEYS)
+    with stop_on_signals(stop), status_line() as show, KeyboardOperator(stop) as keys:
         return run_and_record(
             connection,
-            wanted,
+            replace(wanted, show_status=show),
             output,
             setup=ready,
             stop=stop,
@@ -320,7 +332,7 @@ def _run_by_keys(
         )
 
 
-def _tell_run(report: RunReport, output: Path, *, as_json: bool) -> None:
+def tell_run(report: RunReport, output: Path, *, as_json: bool) -> None:
     from workbench.terminal import counted, emit_json, say
 
     end = report.ended
@@ -355,12 +367,12 @@ def _check_parts(keep_last: float | None, split_mb: float | None, split_s: float
         )
 
 
-def _within(option: str, value: float, least: float, most: float) -> None:
+def check_within(option: str, value: float, least: float, most: float) -> None:
     from workbench.errors import BadValue
 
     if not least <= value <= most:
         raise BadValue(option, value, f"between {least:g} and {most:g}")
 
 
-def _names(text: str) -> tuple[str, ...]:
+def camera_names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,9 @@ from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_si
 from recorders.spot.run.run import place_of
 from recorders.spot.run.site_tasks import session_task
 from recorders.spot.session.inferred_actions import ActionDeriver
-from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
+from recorders.spot.session.topics import SessionStatus
 from workbench.errors import OutputExists
 from workbench.execution.events import RunEnded, RunStatus
 from workbench.log_schema.events import RunInfo
@@ -30,6 +32,8 @@ from workbench.search.costs import ROBOT_COSTS
 from workbench.terminal import counted, say
 from workbench.worlds.sites.site import Site
 
+OPERATOR = "operator"
+"""The strategy that the log of a session names."""
 ASKED_LATER = "best"
 """The estimator for replays of a session, which itself used none."""
 POLL_S = 0.05
@@ -46,6 +50,7 @@ class SessionPlan:
         operator_name: who drives, for the log. log_serial: whether the log names the robot's serial number.
         furniture_open: the operator's word that all closed furniture was opened before.
         audience: viewers that are shown every message once it is written.
+        show_status: called with the session's status, once a second.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
@@ -59,6 +64,7 @@ class SessionPlan:
     operator_name: str = ""
     log_serial: bool = True
     audience: Audience | None = None
+    show_status: Callable[[SessionStatus], None] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +138,7 @@ def record_session(
     """Record until a key, a signal or the time limit; the log is always closed properly."""
     ending, stop = ending or Ending(), StopSwitch()
     task = plan.task or session_task()
-    cameras = plan.rates.cameras if plan.rates.images_hz > 0 else ()
+    cameras = wanted_cameras(plan.site, plan.rates)
     require_services(connection, services_of_cameras(cameras))
     check_cameras(connection, cameras)
     kept = None if plan.keep_last_s is None else RecentMoments(output, plan.keep_last_s, force=force)
@@ -159,7 +165,7 @@ def record_session(
             closed_needs_word=True,
             furniture_open=plan.furniture_open,
         )
-        session.watch = derived
+        session.watch, session.show_status = derived, plan.show_status
         keys: KeyboardOperator = KeyboardOperator(
             stop,
             lambda key: (
@@ -263,5 +269,5 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
-    driver = Driver(strategy="operator", estimator=ASKED_LATER)
+    driver = Driver(strategy=OPERATOR, estimator=ASKED_LATER)
     return robot_run_info(connection, site, task, driver, told_apart_by="session")

@@ -15,6 +15,7 @@ from recorders.run_identity import run_id, written_here
 from recorders.run_recorder import RunRecorder
 from replayers.counterfactual.prepared_log import PreparedLog
 from replayers.counterfactual.replay import Replay
+from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
 
 IN_WORDS = {
@@ -43,6 +44,7 @@ def write_replay_log(path: Path, ground: PreparedLog, made: Replay, *, world: st
         task=evidence.task,
         costs=evidence.costs,
         force=force,
+        settings=estimator_to_settings(ground.estimator),
     ) as recorder:
         for event in made.worlds[world] if world else made.events:
             recorder.record(event)

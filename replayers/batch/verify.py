@@ -16,13 +16,12 @@ import msgspec
 from recorders.code_revision import revision
 from replayers.batch.recorded_strategy import loadable_name
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs
+from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs, by_answers, estimator_of
 from replayers.counterfactual.reproduction import events_over
 from replayers.counterfactual.sandbox import Sandboxed, is_foreign
 from replayers.runs.run import Run
 from workbench import __version__
 from workbench.beliefs.belief import Estimator
-from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError, Unsupported
 from workbench.execution.events import Event
 from workbench.log_schema.codec import to_wire
@@ -141,8 +140,11 @@ def _with_solver_named(run: Run, name: str) -> Run:
 def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
     """The estimator of the run, if it is available with the same weights; else its beliefs as logged."""
     recorded = run.info.estimator
+    by_the_log = by_answers(evidence)
+    if by_the_log is not None:
+        return by_the_log, ""
     try:
-        found = estimator_named(recorded.partition("@")[0], origin=NameOrigin.LOG)
+        found = estimator_of(evidence, recorded.partition("@")[0], NameOrigin.LOG)
     except LiosError:
         found = None
     if found is not None and found.name == recorded:

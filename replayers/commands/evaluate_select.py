@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import DryRun, Force, Houses, Json, Split, Workers
+from workbench.options import DryRun, Force, Houses, Json, Scheduler, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from replayers.evaluation.selection_experiment import Campaign, EliminationCheck, SelectorRow
     from replayers.evaluation.selection_pool import PoolTrial
     from replayers.evaluation.trials import MeasurementSettings
+    from workbench.evaluation.cluster import Workforce
 
 POOL_FILE, FIGURE_FILE = "pool.jsonl", "regret.png"
+TASK_SEEDS = 1000
+"""Seeds of tasks that are kept for one pool; the next one's begin after them."""
 
 
 def select(
@@ -27,12 +31,17 @@ def select(
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of a campaign.")] = 40,
     seeds: Annotated[int, Option("--seeds", min=2, help="Campaigns of each selector.")] = 30,
     pool: Annotated[int, Option("--pool", min=2, help="Tasks that campaigns draw their trials from.")] = 80,
+    pools: Annotated[int, Option("--pools", min=1, help="Pools of tasks, no task in two of them.")] = 1,
     proofs: Annotated[
-        int, Option("--proofs", min=1, help="Further campaigns, driven at random, that check eliminations by proof.")
+        int,
+        Option(
+            "--proofs", min=1, help="Further campaigns a pool, driven at random, that check eliminations by proof."
+        ),
     ] = 1000,
     estimator: Annotated[str, Option("--estimator", help="Whose beliefs the runs use.")] = "counts",
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
     workers: Workers = 1,
+    scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the tasks, of orders and of selectors.")] = 0,
     output: Annotated[
         Path | None, Option("--output", "-o", help="Folder for the pool and a figure; a second call reuses the pool.")
@@ -54,26 +63,33 @@ def select(
 
         lios evaluate select --houses houses.jsonl.gz --scenario any-of-three --json
     """
-    from replayers.evaluation.selection_experiment import check_eliminations
     from workbench.errors import Failed
+    from workbench.evaluation.cluster import Workforce
     from workbench.terminal import say
 
-    plan = _plan(houses, part, scenario, strategies, pool=pool, estimator=estimator, worlds=worlds, seed=seed)
+    wanted = (houses, part, scenario, strategies)
+    plans = [
+        _plan(*wanted, pool=pool, estimator=estimator, worlds=worlds, seed=number)
+        for number in range(seed, seed + pools * TASK_SEEDS, TASK_SEEDS)
+    ]
+    names = plans[0].strategies
     if dry_run:
-        k = len(plan.strategies)
-        say(f"{len(plan.places)} tasks, {k} strategies: {len(plan.places) * k * k} replays; "
-            f"{seeds} seeds of {trials} trials")  # fmt: skip
+        tasks = sum(len(plan.places) for plan in plans)
+        say(f"{tasks} tasks, {len(names)} strategies: {tasks * len(names) ** 2} replays; "
+            f"{seeds} seeds of {trials} trials for each of {pools} pools")  # fmt: skip
         return
-    tasks, skipped = _pool(plan, output, workers=workers, force=force)
-    rows, regrets = _measured(tasks, trials=trials, seeds=seeds, seed=seed)
-    check = check_eliminations(tasks, trials=trials, count=proofs, seed=seed)
+    on = Workforce(workers, scheduler)
+    measured = [
+        _measured(
+            *_pool(plan, output, on, number=number, force=force),
+            number=number, trials=trials, seeds=seeds, seed=seed, proofs=proofs,
+        )
+        for number, plan in enumerate(plans)
+    ]  # fmt: skip
     if output is not None:
-        from replayers.selection.figure import draw_regrets
-
-        say(f"Wrote {draw_regrets(output / FIGURE_FILE, regrets)}")
-    facts = {"pool": len(tasks), "skipped": skipped, "trials": trials, "seeds": seeds, "scenario": scenario,
-             "strategies": plan.strategies, "seed": seed}  # fmt: skip
-    _answer(rows, check, facts, tasks, as_json=json)
+        _draw(output / FIGURE_FILE, measured)
+    facts = {"trials": trials, "seeds": seeds, "scenario": scenario, "strategies": names, "seed": seed}
+    check = _answer(measured, facts, as_json=json)
     if check.wrong_by_proof:
         raise Failed(f"the best strategy was out by proof in {check.wrong_by_proof} of {check.campaigns} campaigns")
 
@@ -114,28 +130,36 @@ def _plan(
 
 
 def _pool(
-    plan: MeasurementSettings, output: Path | None, *, workers: int, force: bool
+    plan: MeasurementSettings, output: Path | None, on: Workforce, *, number: int, force: bool
 ) -> tuple[tuple[PoolTrial, ...], int]:
-    """The pool, of an earlier call where the folder holds the same tasks and strategies; and how many it lacks."""
+    """The pool and how many tasks it lacks; what an earlier call into the folder has made is not made again."""
+    from dataclasses import replace
+
     from replayers.evaluation.selection_pool import pool_trials, read_pool, write_pool
     from replayers.evaluation.trials import SkippedTask
     from workbench.errors import Failed, OutputExists
     from workbench.terminal import progress, say
 
-    path = output / POOL_FILE if output is not None else None
-    if path is not None and path.exists() and not force:
-        kept = read_pool(path)
-        wanted = {(p.house, p.scenario, p.seed) for p in plan.places}
-        if kept[0].seen[0].strategies != plan.strategies or {(t.house, t.scenario, t.seed) for t in kept} - wanted:
-            raise OutputExists(path)
-        return kept, len(plan.places) - len(kept)
+    path = None if output is None else output / (POOL_FILE if number == 0 else f"pool-{number}.jsonl")
     found: list[PoolTrial] = []
+    left = plan.places
+    if path is not None and path.exists() and not force:
+        found = list(read_pool(path))
+        made = {(t.house, t.scenario, t.seed) for t in found}
+        if found[0].seen[0].strategies != plan.strategies or made - {(p.house, p.scenario, p.seed) for p in left}:
+            raise OutputExists(path)
+        left = tuple(p for p in left if (p.house, p.scenario, p.seed) not in made)
     skipped: list[str] = []
-    for one in progress(pool_trials(plan, workers=workers), title="driving and replaying", total=len(plan.places)):
+    trials = pool_trials(replace(plan, places=left), workers=on.workers, scheduler=on.scheduler)
+    for one in progress(trials, title="driving and replaying", total=len(left)):
         if isinstance(one, SkippedTask):
             skipped.append(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
-        else:
-            found.append(one)
+            continue
+        found.append(one)
+        if path is not None:
+            write_pool(path, found)
+    order = {(p.house, p.scenario, p.seed): place for place, p in enumerate(plan.places)}
+    found.sort(key=lambda t: order[t.house, t.scenario, t.seed])
     for words in skipped:
         say(words)
     if not found:
@@ -145,63 +169,122 @@ def _pool(
     return tuple(found), len(skipped)
 
 
-def _measured(
-    tasks: Sequence[PoolTrial], *, trials: int, seeds: int, seed: int
-) -> tuple[tuple[SelectorRow, ...], dict[str, Any]]:
-    """The selectors' rows, and per selector its cumulative regrets, shape (seeds, trials)."""
-    import numpy as np
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredPool:
+    """One pool and what came of it."""
 
-    from replayers.evaluation.selection_experiment import best_in_hindsight, campaigns, selector_rows
+    tasks: tuple[PoolTrial, ...]
+    skipped: int
+    made: tuple[Campaign, ...]
+    check: EliminationCheck
+
+
+def _measured(
+    tasks: tuple[PoolTrial, ...], skipped: int, *, number: int, trials: int, seeds: int, seed: int, proofs: int
+) -> MeasuredPool:
+    from replayers.evaluation.selection_experiment import campaigns, check_eliminations
     from workbench.terminal import progress
 
-    numbers = range(seed, seed + seeds)
-    made: list[Campaign] = list(progress(campaigns(tasks, trials=trials, seeds=numbers), title="selecting"))
-    rows = selector_rows(made, lambda s: best_in_hindsight(tasks, trials=trials, seed=s), seed=seed)
-    regrets = {row.selector: np.array([c.regret for c in made if c.selector == row.selector]) for row in rows}
-    return rows, regrets
+    found = campaigns(tasks, trials=trials, seeds=range(seed, seed + seeds), number=number)
+    made = tuple(progress(found, title="selecting"))
+    check = check_eliminations(tasks, trials=trials, count=proofs, seed=seed)
+    return MeasuredPool(tasks=tasks, skipped=skipped, made=made, check=check)
 
 
-def _answer(
-    rows: Sequence[SelectorRow],
-    check: EliminationCheck,
-    facts: dict[str, Any],
-    tasks: Sequence[PoolTrial],
-    *,
-    as_json: bool,
-) -> None:
-    from dataclasses import asdict
-
+def _draw(path: Path, measured: Sequence[MeasuredPool]) -> None:
+    """Per selector, its cumulative regrets over all campaigns."""
     import numpy as np
 
-    from replayers.evaluation.selection_experiment import OURS
-    from workbench.terminal import emit_json, emit_table, emit_text
+    from replayers.selection.figure import draw_regrets
+    from workbench.terminal import say
 
-    means = np.mean([t.true for t in tasks], axis=0)
-    costs = dict(zip(tasks[0].seen[0].strategies, (float(m) for m in means), strict=True))
-    exact = float(np.mean([s.exact for t in tasks for s in t.seen]))
-    shares = next(row.share_of for row in rows if row.selector == OURS)
+    made = [c for pool in measured for c in pool.made]
+    names = dict.fromkeys(c.selector for c in made)
+    say(f"Wrote {draw_regrets(path, {n: np.array([c.regret for c in made if c.selector == n]) for n in names})}")
+
+
+def _answer(measured: Sequence[MeasuredPool], facts: dict[str, Any], *, as_json: bool) -> EliminationCheck:
+    from replayers.evaluation.selection_experiment import all_checks, selector_rows
+    from workbench.terminal import counted, emit_json, emit_table, emit_text
+
+    seed = facts["seed"]
+    check = all_checks([pool.check for pool in measured])
+    rows = selector_rows([c for pool in measured for c in pool.made], seed=seed)
+    of_pools = [_pool_row(k, pool, seed) for k, pool in enumerate(measured)]
+    tasks, skipped = sum(len(p.tasks) for p in measured), sum(p.skipped for p in measured)
     if as_json:
-        emit_json({"rows": [{"selector": r.selector, "regret": r.regret.value, "ci95": r.regret.interval,
-                             "best_share": r.best_share, "intervals_over_this": shares.get(r.selector)}
-                            for r in rows],
-                   "mean_costs": costs, "exact": exact, "eliminations": asdict(check), **facts})  # fmt: skip
-        return
-    emit_table(
-        [
-            {
-                "selector": r.selector,
-                "cumulative regret": r.regret.value,
-                "95 % interval": f"{r.regret.lower:.1f} to {r.regret.upper:.1f}",
-                "best driven": r.best_share,
-                "intervals over this": shares.get(r.selector),
-            }
-            for r in rows
-        ],
-        title=f"{facts['scenario']}: {facts['trials']} trials, {facts['seeds']} seeds, {facts['pool']} tasks",
+        first = of_pools[0]
+        emit_json({"rows": _rows(rows), "pools": of_pools, "pool": tasks, "skipped": skipped,
+                   "mean_costs": first["mean_costs"], "exact": first["exact"],
+                   "eliminations": asdict(check), **facts})  # fmt: skip
+        return check
+    several = f" for each of {len(measured)} pools" if len(measured) > 1 else ""
+    title = (
+        f"{facts['scenario']}: {facts['trials']} trials, {facts['seeds']} seeds{several}, {counted(tasks, 'task')}"
     )
-    emit_text("mean cost over the pool: " + ", ".join(f"{name} {cost:.1f}" for name, cost in costs.items()))
+    emit_table([_shown(row) for row in _rows(rows)], title=title)
+    if len(measured) > 1:
+        emit_table(
+            [{"pool": row["pool"], "tasks": row["tasks"], "best on average": row["best"],
+              **{f"over {r['selector']}": r["intervals_over_this"] for r in row["rows"][1:]}} for row in of_pools],
+            title="intervals' regret over each baseline's, pool by pool",
+        )  # fmt: skip
+    for row in of_pools:
+        which = "the pool" if len(of_pools) == 1 else f"pool {row['pool']}"
+        costs = ", ".join(f"{name} {cost:.1f}" for name, cost in row["mean_costs"].items())
+        emit_text(f"mean cost over {which}: {costs}")
     emit_text(
         f"out by proof: the best so far in {check.wrong_by_proof} of {check.campaigns} campaigns driven at random; "
         f"{100 * check.by_proof:.0f} % of the others after {facts['trials']} trials. By sequence: "
         f"{100 * check.by_sequence:.0f} % of the others."
     )
+    return check
+
+
+def _pool_row(number: int, pool: MeasuredPool, seed: int) -> dict[str, Any]:
+    import numpy as np
+
+    from replayers.evaluation.selection_experiment import selector_rows
+
+    means = np.mean([t.true for t in pool.tasks], axis=0)
+    costs = dict(zip(pool.tasks[0].seen[0].strategies, (float(m) for m in means), strict=True))
+    return {
+        "pool": number,
+        "tasks": len(pool.tasks),
+        "best": min(costs, key=lambda name: costs[name]),
+        "mean_costs": costs,
+        "exact": float(np.mean([s.exact for t in pool.tasks for s in t.seen])),
+        "rows": _rows(selector_rows(pool.made, seed=seed)),
+        "eliminations": asdict(pool.check),
+    }
+
+
+def _rows(rows: Sequence[SelectorRow]) -> list[dict[str, Any]]:
+    from replayers.evaluation.selection_experiment import OURS
+
+    shares = next(row.share_of for row in rows if row.selector == OURS)
+    found: list[dict[str, Any]] = []
+    for row in rows:
+        share = shares.get(row.selector)
+        found.append(
+            {
+                "selector": row.selector,
+                "regret": row.regret.value,
+                "ci95": row.regret.interval,
+                "best_share": row.best_share,
+                "intervals_over_this": None if share is None else share.value,
+                "intervals_over_this_ci95": None if share is None else share.interval,
+            }
+        )
+    return found
+
+
+def _shown(row: dict[str, Any]) -> dict[str, Any]:
+    share, ends = row["intervals_over_this"], row["intervals_over_this_ci95"]
+    return {
+        "selector": row["selector"],
+        "cumulative regret": row["regret"],
+        "95 % interval": f"{row['ci95'][0]:.1f} to {row['ci95'][1]:.1f}",
+        "best driven": row["best_share"],
+        "intervals over this": None if share is None else f"{share:.2f} ({ends[0]:.2f} to {ends[1]:.2f})",
+    }

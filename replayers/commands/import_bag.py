@@ -25,7 +25,9 @@ def import_bag(
     strategy: Annotated[
         str, Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
     ] = "model-lios",
-    estimator: Annotated[str, Option("--estimator", help="Estimator of the beliefs: counts, fcnn, best.")] = "best",
+    estimator: Annotated[
+        str, Option("--estimator", help="Estimator of the beliefs: counts, fcnn, best, people, mixed.")
+    ] = "best",
     clock: Annotated[
         str, Option("--clock", help="Whose times are used: record, header; auto takes headers where they agree.")
     ] = "auto",

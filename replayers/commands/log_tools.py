@@ -30,6 +30,7 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, say
 
 if TYPE_CHECKING:
+    from replayers.log_tools.faces.blurred_pictures import FaceBlur
     from replayers.log_tools.rewrite import Rewritten
 
 __all__ = ["cat", "compact", "convert", "filter_log", "merge", "note", "split"]
@@ -44,6 +45,9 @@ def filter_log(
     end: End = "",
     attachments: Annotated[bool, Option(help="Keep attachments.")] = True,
     metadata: Annotated[bool, Option(help="Keep metadata.")] = True,
+    blur_faces: Annotated[
+        bool, Option("--blur-faces", help="Blur the faces that are found in pictures (extra opencv).")
+    ] = False,
     compression: Packing = "zstd",
     chunk_size: ChunkSize = None,
     force: Force = False,
@@ -51,16 +55,40 @@ def filter_log(
 ) -> None:
     """Copy the wanted topics and times to another log; unknown topics pass through untouched.
 
+    With --blur-faces, pictures that cannot be searched for faces are left out. Faces that are not found, and screens,
+    stay: look at the copy before you give it away, or leave the cameras out.
+
     Examples:
 
         lios log filter run.mcap -o small.mcap -n '/camera/.*' -S 10 -E 60
+
+        lios log filter run.mcap -o for-others.mcap --blur-faces
     """
     from dataclasses import replace
 
     from replayers.log_tools.rewrite import filtered
 
     wanted = replace(wanted_of(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
-    _tell(filtered(log, output, wanted, style_of(compression, chunk_size, force), bar("filter")), as_json)
+    style = style_of(compression, chunk_size, force)
+    if not blur_faces:
+        _tell(filtered(log, output, wanted, style, bar("filter")), as_json)
+        return
+    from replayers.log_tools.faces.blurred_pictures import FaceBlur
+
+    blur = FaceBlur()
+    done = filtered(log, output, wanted, style, bar("filter"), change=blur)
+    _tell_blurred(blur)
+    _tell(done, as_json)
+
+
+def _tell_blurred(blur: FaceBlur) -> None:
+    """What was searched for faces, on standard error."""
+    say(
+        f"{blur.pictures.total():,} pictures searched, {blur.faces.total():,} faces found and blurred; "
+        "screens are not looked for"
+    )
+    for topic, count in sorted(blur.left_out.items()):
+        say(f"{topic}: {count:,} left out: pictures that cannot be searched for faces")
 
 
 def merge(

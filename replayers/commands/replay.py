@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from workbench.errors import BadValue
-from workbench.options import Json, Scheduler, Upload
+from workbench.options import Ask, Json, MemoryLogs, MoveRatesFile, Scheduler, Upload
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
 if TYPE_CHECKING:
     from replayers.batch.next_look import ContainerLook
     from replayers.batch.replay_all import LogFailed
+    from workbench.beliefs.memory.history import History
 
 BROKE, UNLIKE = "planner-failed", "not-reproduced"
 TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE, UNLIKE}
@@ -43,9 +44,10 @@ def replay(
         str,
         Option(
             "--estimator",
-            help='"log": as in the log; "first": the log\'s first belief, held fixed; or counts, fcnn, best.',
+            help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: best, people, ...',
         ),
     ] = "log",
+    ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")] = 200,
     budget: Annotated[
         int,
@@ -91,6 +93,8 @@ def replay(
             help="Run your own planner in this process, without a time limit: breakpoint() stops in it.",
         ),
     ] = False,
+    memory: MemoryLogs = None,
+    rates: MoveRatesFile = None,
     workers: Annotated[
         int | None, Option("--workers", "-j", min=1, help="Number of processes; default: one for each core.")
     ] = None,
@@ -113,6 +117,8 @@ def replay(
 
         lios replay run.mcap --misses 1
 
+        lios replay run.mcap --memory logs/
+
         lios replay run.mcap --verify
     """
     if verify:
@@ -124,8 +130,10 @@ def replay(
     from replayers.batch.replay_all import LogFailed
     from replayers.batch.replay_rows import pair_rows, replay_row
     from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.logged_belief import ask_whom
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.counterfactual.relevance import Assumptions
+    from workbench.beliefs.memory.move_rates import read_rates
     from workbench.errors import Failed
     from workbench.plugins import NameOrigin
     from workbench.remote.upload import require_upload, send
@@ -136,12 +144,15 @@ def replay(
     settings = ReplaySettings(
         estimator=estimator,
         estimator_origin=NameOrigin.USER,
+        ask=ask_whom(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(stretches=budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique, misses=misses),
         with_truth=with_truth,
         timeout_s=timeout,
         in_process=in_process,
+        history=_history(memory, rates),
+        rates=None if rates is None else read_rates(rates),
         seed=seed,
     )
     made = replayers.replay(
@@ -179,6 +190,17 @@ def replay(
         raise Failed("; ".join(failures))
     if any(row.get("lost") for row in rows):
         raise click.exceptions.Exit(3)
+
+
+def _history(memory: list[Path] | None, rates: Path | None) -> History | None:
+    """The earlier runs that strategies are to remember; None for what the robot itself remembered."""
+    from replayers.memory.collect import read_history
+
+    if not memory:
+        if rates is not None:
+            raise BadValue("--rates", str(rates), "given together with --memory")
+        return None
+    return read_history(memory)
 
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:

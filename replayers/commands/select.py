@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from workbench.options import Json, Workers
+from workbench.options import Ask, Json, Workers
 from workbench.parameters import Argument, Option
 from workbench.tolerances import NEAR_COST
 
@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from replayers.batch.next_look import SharedLook
     from replayers.batch.replays import Replays
     from replayers.selection.campaign_logs import TrialGroup
-    from replayers.selection.elimination import Elimination
-    from replayers.selection.verdict import SelectionVerdict
+    from replayers.selection.verdict import SelectionVerdict, StrategyStanding
 
 LOOKS_SHOWN = 3
 
@@ -44,7 +43,10 @@ def select(
         Path | None,
         Option("--figure", help="Write a PNG of standings and regret over the trials of the largest group."),
     ] = None,
-    estimator: Annotated[str, Option("--estimator", help="Whose beliefs, as of lios replay.")] = "log",
+    estimator: Annotated[
+        str, Option("--estimator", help="Whose beliefs; several, by comma, are candidates each.")
+    ] = "log",
+    ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
     budget: Annotated[
         int, Option("--budget", min=1, help="Pieces of run that the bounds of one replay may take.")
@@ -68,29 +70,33 @@ def select(
         lios select logs/ --strategies pes-greedy,pes-lios,conditioned-lios
 
         lios select trials/ -o replays/ --look-next --figure selection.png --json
+
+        lios select trials/ -s conditioned-lios --estimator by-room.prompt,by-sight.prompt --ask
     """
-    import replayers
     from replayers.batch.next_look import looks_by_log, shared_looks
     from replayers.batch.replay_all import LogFailed
     from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.logged_belief import ask_whom
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
+    from replayers.selection.candidates import estimators_named, replay_candidates
     from replayers.selection.verdict import SelectionSettings, history
-    from workbench.errors import Failed
+    from workbench.errors import Unsupported
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, progress, say
 
     by = group_by(group)
     settings = ReplaySettings(
-        estimator=estimator,
         estimator_origin=NameOrigin.USER,
+        ask=ask_whom(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(stretches=budget),
         seed=seed,
     )
-    made = replayers.replay(
+    made = replay_candidates(
         logs,
         strategies,
+        estimators_named(estimator),
         settings=settings,
         output=output,
         workers=workers,
@@ -101,10 +107,10 @@ def select(
     failed = [f.reason if f.reason.startswith(f.log) else f"{f.log}: {f.reason}" for f in made.failed]
     left_out = [*found.left_out, *dict.fromkeys(failed)]
     if not found.groups:
-        raise Failed(f"no log can be compared: {left_out[0] if left_out else 'there is none'}")
+        raise Unsupported(f"no log can be compared: {left_out[0] if left_out else 'there is none'}")
     wanted = SelectionSettings(alpha=alpha, horizon=horizon, seed=seed)
     told = [history(g.trials, wanted) for g in found.groups]
-    looks = shared_looks(looks_by_log(made.outcomes, made.logs, settings)) if look_next else None
+    looks = shared_looks(looks_by_log(made.outcomes, made.logs, made.settings)) if look_next else None
     if json:
         groups = [_group_row(g, h) for g, h in zip(found.groups, told, strict=True)]
         answer: dict[str, Any] = {"groups": groups, "left_out": left_out, "alpha": alpha, "seed": seed}
@@ -112,6 +118,9 @@ def select(
             answer["look_next"] = [_look(look) for look in looks]
         emit_json(answer)
     else:
+        kinds = len(told)
+        if kinds > 1:
+            say(f"These logs are of {kinds} kinds of trial; each has its own answer (--group-by).")
         for g, h in zip(found.groups, told, strict=True):
             _tell(g, h, alpha=alpha)
         for look in (looks or ())[:LOOKS_SHOWN]:
@@ -130,11 +139,15 @@ def select(
 
 def _candidates(made: Replays, strategies: str) -> tuple[str, ...]:
     """The candidates that were replayed, by the names that they give themselves, in the order asked for."""
-    from workbench.errors import BadValue
+    from workbench.errors import BadValue, Unsupported
 
     names = tuple(dict.fromkeys(replay.strategy for replay in made))
+    others = [f for f in made.failed if f.strategy and f.strategy not in names]
+    if len(names) == 1 and others:
+        raise Unsupported(f"only {names[0]} can be replayed. {others[0].strategy}: {others[0].reason}")
     if len(names) == 1:
-        raise BadValue("--strategies", strategies, "two or more: there is nothing to choose between")
+        more = "two or more, or several by --estimator: there is nothing to choose between"
+        raise BadValue("--strategies", strategies, more)
     return names
 
 
@@ -178,68 +191,32 @@ def _look(look: SharedLook) -> dict[str, Any]:
 
 
 def _tell(group: TrialGroup, verdicts: Sequence[SelectionVerdict], *, alpha: float) -> None:
+    from replayers.selection.wording import at_most, summary
     from workbench.terminal import counted, emit_table, emit_text, say
 
     last = verdicts[-1]
     steps = [{"trial": v.trials, "log": group.logs[i].name, "drive next": v.next,
               "out by proof": ", ".join(e.strategy for e in v.by_proof) or "none",
               "out by sequence": ", ".join(e.strategy for e in v.by_sequence) or "none",
-              "regret so far": _most(v.regret_so_far)} for i, v in enumerate(verdicts)]  # fmt: skip
+              "regret so far": at_most(v.regret_so_far)} for i, v in enumerate(verdicts)]  # fmt: skip
     title = f"{group.name}: {counted(len(verdicts), 'trial')} in {counted(len(group.places), 'place')}"
     emit_table(steps, title=title, minor=("out by sequence",))
-    proofs = {e.strategy: e for e in last.by_proof}
-    emit_table([_standing(s, proofs.get(s.strategy), last) for s in last.standings], minor=("driven", "exact"))
-    emit_text(_summary(last, alpha))
+    emit_table([_standing(s, last) for s in last.standings], minor=("driven", "exact"))
+    emit_text(summary(last, alpha=alpha))
     for name, (logs, why) in group.broke.items():
         say(f"note: {name} broke on {len(logs)} of {counted(len(verdicts), 'log')}; it counts as failed there, and "
             f"nothing is proved about it: {why}")  # fmt: skip
 
 
-def _standing(s: Any, proof: Elimination | None, last: SelectionVerdict) -> dict[str, Any]:
-    upper = f"{s.upper:.1f}" if s.upper < float("inf") else "no upper bound"
+def _standing(s: StrategyStanding, last: SelectionVerdict) -> dict[str, Any]:
+    from replayers.selection.wording import mean_cost, standing_words
+
     return {
         "strategy": s.strategy,
         "driven": s.driven,
         "exact": s.exact,
-        "mean cost": f"{s.lower:.1f}" if s.upper - s.lower < 0.05 else f"{s.lower:.1f} to {upper}",
+        "mean cost": mean_cost(s),
         "expected": s.expected,
         "chance best": s.chance_best,
-        "standing": _words(s.strategy, proof, last),
+        "standing": standing_words(s.strategy, last),
     }
-
-
-def _words(name: str, proof: Elimination | None, last: SelectionVerdict) -> str:
-    if name == last.next:
-        return "drive next"
-    if any(e.strategy == name for e in last.by_sequence):
-        return "out by sequence"
-    if proof is not None:
-        return f"out by proof: {proof.margin:.1f} or more above {proof.by} in all"
-    return "the same so far" if name in last.same else "open"
-
-
-def _summary(last: SelectionVerdict, alpha: float) -> str:
-    from replayers.selection.verdict import Settled
-
-    words = (
-        f"Drive {last.next} next. On the trials so far it cost at most {_most(last.regret_so_far)} a trial more than "
-        f"any other"
-    )
-    if last.regret_to_come < last.regret_to_come_unknown - NEAR_COST:
-        words += (
-            f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({_percent(alpha)} confidence)"
-        )
-    words += "."
-    if last.settled is not Settled.NO:
-        return f"{words} Settled {last.settled}: more trials do not change the answer."
-    if last.trials_to_settle is not None and last.trials_to_settle > 0:
-        return f"{words} Not settled; about {last.trials_to_settle} more trials like these would settle it."
-    return f"{words} Not settled, and these trials do not tell how many more it takes."
-
-
-def _percent(alpha: float) -> str:
-    return f"{100 * (1 - alpha):g} %"
-
-
-def _most(value: float) -> str:
-    return f"{value:.1f}" if value < float("inf") else "unknown"

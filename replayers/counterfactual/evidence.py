@@ -27,8 +27,12 @@ from replayers.counterfactual.evidence_rules import (
 )
 from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
 from replayers.runs.run import Run
+from workbench.beliefs.asking.answers import Answer
+from workbench.beliefs.memory.memory import Memory
 from workbench.errors import Unsupported
+from workbench.log_schema.asking_json import AskingInfo, answers_in, asking_from_settings
 from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
+from workbench.log_schema.memory_json import memory_from_settings
 from workbench.log_schema.perception_json import perception_from_settings
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import AllOf, Task
@@ -89,6 +93,9 @@ class Evidence:
         looks: what each look of the run showed, by container, in order.
         miss_chance: per item type and searched container, the chance that every look there missed it, as the log
             assumes it; 0 where it is not named.
+        memory: what the robot remembered of earlier runs; None where it remembered nothing.
+        asking: how the run's estimator asked, where its answers cost something; None where it asked nobody.
+        answers: what it was answered.
         notes: what was odd and how it is read, one line each.
     """
 
@@ -116,6 +123,9 @@ class Evidence:
     perception: Perception = PERFECT
     looks: Mapping[ContainerId, tuple[tuple[Item, ...], ...]] = field(default_factory=lambda: MappingProxyType({}))
     miss_chance: Mapping[tuple[ItemType, ContainerId], float] = field(default_factory=lambda: MappingProxyType({}))
+    memory: Memory | None = None
+    asking: AskingInfo | None = None
+    answers: tuple[Answer, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -207,6 +217,9 @@ def evidence_of(run: Run) -> Evidence:
         imputed=imputed,
         perception=perception_from_settings(run.settings),
         looks=looks_in_order(seen),
+        memory=memory_from_settings(run.settings),
+        asking=asking_from_settings(run.settings),
+        answers=answers_in(run.answers),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(*cut, *_gap_notes(gaps, len(run.observations) - len(seen)), *_imagined(imputed), *odd, *strange),
     )

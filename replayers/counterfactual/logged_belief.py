@@ -7,25 +7,28 @@ where an old log rounded them, the estimator that the log names is asked again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from replayers.counterfactual.evidence import Evidence
+from workbench.beliefs.asking.answered_estimator import answered, goes_by_names_alone
 from workbench.beliefs.belief import Belief, Estimator
+from workbench.beliefs.memory.remembering import remembering, without_memory
 from workbench.caches import Cache
-from workbench.errors import LiosError, Unsupported
+from workbench.errors import BadValue, LiosError, Unsupported
+from workbench.execution.events import Event, RunEnded, RunStatus
 from workbench.log_schema.events import BeliefUpdate
 from workbench.plugins import NameOrigin, quoted
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
-NAMES_ALONE = ("counts", "fcnn")
+NAMES_ALONE = ("counts", "fcnn", "people")
 """Estimators that no observation of a run changes."""
 
-LEARNING = ("best",)
+LEARNING = ("best", "mixed")
 """Estimators that every observation changes, even where a short run does not show it."""
 
 MAX_CACHED_BELIEFS = 10_000
@@ -39,6 +42,10 @@ ROUNDED = (
 """Half a millionth can flip a decision: then nothing that goes by beliefs is certain."""
 
 HELD = "the log's first belief is held fixed: the estimator that made it, with these weights, is not here"
+
+
+class BeliefMissing(Unsupported):
+    """The estimator of a replay gave no belief; the message is its own."""
 
 
 class NoBelief(Unsupported):
@@ -58,13 +65,22 @@ class RecordedBeliefs:
     def __init__(self, evidence: Evidence, beliefs: Sequence[BeliefUpdate]) -> None:
         self._otherwise = LoggedBelief(evidence)
         self._left = list(beliefs)
+        self._last: tuple[Knowledge, tuple[ItemType, ...], Belief] | None = None
 
     @property
     def name(self) -> str:
         return self._otherwise.name
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-        """The next one if it is about the same containers and types; the first one otherwise."""
+        """The next one if it is about the same containers and types; the first one otherwise. Who asks again about
+        the very same knowledge, as a warm-up does, is told the same."""
+        if self._last is not None and self._last[0] is knowledge and self._last[1] == item_types:
+            return self._last[2]
+        made = self._next(knowledge, item_types)
+        self._last = (knowledge, item_types, made)
+        return made
+
+    def _next(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
         if self._left:
             update = self._left.pop(0)
             if update.containers == knowledge.unsearched and update.item_types == item_types:
@@ -128,6 +144,18 @@ class EstimatorChoice:
     note: str = ""
 
 
+def with_beliefs(events: Iterator[Event]) -> Iterator[Event]:
+    """The events of a run over a log, all of whose decisions had a belief.
+
+    Raises:
+        BeliefMissing: the estimator failed; then a replay says nothing.
+    """
+    for event in events:
+        if isinstance(event, RunEnded) and event.status is RunStatus.ESTIMATOR_FAILED:
+            raise BeliefMissing(event.reason)
+        yield event
+
+
 LEARNS = (
     "beliefs follow all that is seen, so that what else lies in an unopened container moves them: beyond the first "
     "such look bounds are outer ones; 'if beliefs stand' and the estimate take it as if nothing but the task's types "
@@ -136,46 +164,101 @@ LEARNS = (
 
 
 def estimator_for(
-    evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log", origin: NameOrigin = NameOrigin.LOG
+    evidence: Evidence,
+    item_types: tuple[ItemType, ...],
+    *,
+    name: str = "log",
+    origin: NameOrigin = NameOrigin.LOG,
+    other_memory: bool = False,
+    may_ask: bool = False,
+    limit_s: float | None = None,
 ) -> EstimatorChoice:
     """Who believes in a replay.
 
     Args:
         name: "log" takes the log's first belief where it never changed and was not rounded, and the estimator that
-            the log names otherwise; "first" holds the log's first belief fixed; another name is an estimator.
+            the log names otherwise, or the answers that it was given; "first" holds the log's first belief fixed;
+            another name is an estimator.
         origin: who gives another name. The estimator that the log names is the log's in any case.
+        other_memory: the evidence's memory is not what the robot remembered; the log's beliefs do not know it.
+        may_ask: whether an estimator of another name, whose answers cost something, is asked for those that neither
+            the log nor the cache holds.
+        limit_s: the longest that an estimator from outside may take for a belief.
 
     Raises:
         NoBelief: nothing suffices.
         UnknownName, NotFromLog: no such estimator, or one that only a user may name.
     """
-    from workbench.beliefs.estimators import estimator
-
     whole, recorded = covers(evidence, item_types), evidence.info.estimator
     if name == "first":
-        if not whole:
-            raise NoBelief(evidence.path, recorded, "the log's first belief leaves containers out")
+        if not whole or other_memory:
+            why = "leaves containers out" if not whole else "does not know what --memory remembers"
+            raise NoBelief(evidence.path, recorded, f"the log's first belief {why}")
         return _first_of(evidence, hypothetical=not evidence.steady)
     if name != "log":
-        found = estimator(name, origin=origin)
+        found = estimator_of(evidence, name, origin, may_ask=may_ask, limit_s=limit_s)
         other = found.name != recorded
         note = f"beliefs by {found.name}; the run used {recorded}" if other else ""
-        return EstimatorChoice(estimator=found, steady=name in NAMES_ALONE, hypothetical=other, note=note)
+        steady = (name in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
+        return EstimatorChoice(estimator=found, steady=steady, hypothetical=other, note=note)
     kind = recorded.partition("@")[0]
-    stays = evidence.steady and whole and kind not in LEARNING
+    follows = evidence.asking is not None and not evidence.asking.names_alone
+    stays = evidence.steady and whole and kind not in LEARNING and evidence.memory is None and not follows
     if stays and not evidence.rounded:
         return _first_of(evidence)
+    found = by_answers(evidence)
+    if found is not None:
+        return EstimatorChoice(estimator=found, steady=not follows, note=LEARNS if follows else "")
+    held = whole and not other_memory
     try:
-        found = estimator(kind, origin=NameOrigin.LOG)
+        found = estimator_of(evidence, kind, NameOrigin.LOG, limit_s=limit_s)
     except LiosError as error:
-        if whole:
+        if held:
             return _first_of(evidence, note="" if stays else HELD)
         raise NoBelief(evidence.path, recorded, str(error)) from error
-    if found.name != recorded and whole:
+    same = without_memory(found.name) == without_memory(recorded)
+    if not same and held:
         return _first_of(evidence, note="" if stays else HELD)
-    steady = kind in NAMES_ALONE
-    other = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}. "
+    steady = (kind in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
+    other = "" if same else f"beliefs by {found.name}; the run used {recorded}. "
     return EstimatorChoice(estimator=found, steady=steady, note=(other + ("" if steady else LEARNS)).rstrip(". "))
+
+
+def estimator_of(
+    evidence: Evidence, name: str, origin: NameOrigin, *, may_ask: bool = False, limit_s: float | None = None
+) -> Estimator:
+    """An estimator by name, with the answers that the log holds and the memory that the robot of the log had.
+
+    Args:
+        may_ask, limit_s: as in estimator_for.
+
+    Raises:
+        UnknownName, NotFromLog, PluginNotLoaded: as `estimator`.
+        BadValue: an estimator that asks, with a memory.
+    """
+    from workbench.beliefs.estimators import estimator
+
+    found = estimator(name, origin=origin, known=evidence.answers, may_ask=may_ask, limit_s=limit_s)
+    return remembering(found, evidence.memory)
+
+
+def by_answers(evidence: Evidence) -> Estimator | None:
+    """The run's estimator as far as the log's answers go, which asks nobody; None where it takes code of its own."""
+    if evidence.asking is None or evidence.asking.name != evidence.info.estimator:
+        return None
+    asking = evidence.asking.asking()
+    return None if asking is None else answered(asking, evidence.answers, may_ask=False)
+
+
+def ask_whom(name: str, *, ask: bool) -> bool:
+    """Whether an estimator may be asked for new answers: only one that a user names, since logs are strangers'.
+
+    Raises:
+        BadValue: nobody is named.
+    """
+    if ask and name in ("log", "first"):
+        raise BadValue("--ask", True, "given together with --estimator, which names whom to ask")
+    return ask
 
 
 def _first_of(evidence: Evidence, *, hypothetical: bool = False, note: str = "") -> EstimatorChoice:

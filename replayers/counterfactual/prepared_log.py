@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
+from math import inf
 
 import numpy as np
 
@@ -15,18 +16,24 @@ from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import EstimatorChoice, estimator_for
+from replayers.counterfactual.logged_belief import EstimatorChoice, LoggedBelief, estimator_for
 from replayers.counterfactual.logged_world import NoPaths
 from replayers.counterfactual.overlooked import contradicting_types, misses_note
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
+from replayers.counterfactual.strategy_traits import uses_beliefs
 from replayers.runs.run import Run
+from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
+from workbench.beliefs.asking.answers import NotAnswered
 from workbench.beliefs.belief import Belief, Estimator
+from workbench.beliefs.memory.history import History
+from workbench.beliefs.memory.move_rates import MoveRates, shipped_rates
 from workbench.errors import Unsupported
 from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import place_to_json
 from workbench.planning.actions import relevant_types
 from workbench.planning.scenarios.added_items import believe_scenario_items
+from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
@@ -48,12 +55,18 @@ class ReplaySettings:
         estimator: "log", "first", or an estimator's name (logged_belief.py).
         estimator_origin: who gives that name; no answer depends on it, so it is in no replay's key.
         worlds: how many worlds the estimate draws; 0 leaves it out.
+        drawn_by: the built-in estimator by whose beliefs they are drawn, so that replays by several estimators meet
+            the same worlds; empty for the replay's own.
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
         with_truth: also run in the recorded truth.
-        timeout_s: the longest that a planner from outside may take for one decision.
+        ask: an estimator whose answers cost something is asked for those that neither log nor cache holds.
+        timeout_s: the longest that a planner from outside may take for one decision, and an estimator for a belief.
         in_process: planners from outside run in this process, without a time limit, so that a debugger stops in
             them; no answer depends on it, so it is in no replay's key.
+        history: earlier runs that the strategies remember, in place of what the robot remembered; None for the
+            robot's own memory.
+        rates: how often things move, for that history.
         seed: of the drawn worlds. The strategies' own seed is the run's.
     """
 
@@ -63,9 +76,13 @@ class ReplaySettings:
     budget: Budget = field(default_factory=Budget)
     assumptions: Assumptions = field(default_factory=Assumptions)
     with_truth: bool = False
+    ask: bool = field(default=False, repr=False)
     timeout_s: float = 10.0
     in_process: bool = field(default=False, repr=False)
+    history: History | None = None
+    rates: MoveRates | None = None
     seed: int = 0
+    drawn_by: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,6 +130,14 @@ class PreparedLog:
         """Whether the durations were fitted to the log, as they are for a robot's."""
         return bool(self.durations.samples)
 
+    def estimator_of(self, planner: Strategy) -> Estimator:
+        """Who believes for a strategy: one whose answers cost something is not asked for a strategy that goes by
+        distance alone, which then gets the log's first belief."""
+        asks = isinstance(self.estimator, AnsweredEstimator)
+        if asks and not uses_beliefs(planner, self.evidence.task.goal):
+            return LoggedBelief(self.evidence)
+        return self.estimator
+
 
 def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -> PreparedLog:
     """Prepares a log.
@@ -123,15 +148,25 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     Raises:
         NoBelief, UnknownName: no beliefs are available.
         TruthNotRecorded: the truth was requested and is not in the log.
+        AnotherPlace, ContainersChanged, NothingEarlier: the history given is not of this place, or of later.
     """
-    as_told = evidence_of(run)
+    as_told, other_memory = _with_history(evidence_of(run), settings)
     if settings.with_truth and run.truth is None:
         raise TruthNotRecorded(run.path)
     types = relevant_types(as_told.task.goal)
     contradicting = contradicting_types(as_told, relevance_of(as_told, types, settings.assumptions))
     evidence = replace(as_told, misses=max(settings.assumptions.misses or 0, len(contradicting)))
-    believer = estimator_for(evidence, types, name=settings.estimator, origin=settings.estimator_origin)
+    believer = estimator_for(
+        evidence,
+        types,
+        name=settings.estimator,
+        origin=settings.estimator_origin,
+        other_memory=other_memory,
+        may_ask=settings.ask,
+        limit_s=inf if settings.in_process else settings.timeout_s,
+    )
     estimator = believer.estimator
+    hypothetical = believer.hypothetical or other_memory
     robot = evidence.info.source not in SIMULATED_SOURCES
     reproduction = reproduce(run, as_told, estimator)
     durations = fitted_durations(run.actions) if robot else SIMULATED
@@ -145,34 +180,52 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         settings=settings,
         recorded=run.outcome,
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
-        draws=_draws(evidence, settings, estimator),
+        draws=_draws(evidence, settings, drawer_of(estimator, settings)),
         paths=evidence.place.paths() if with_ways else NoPaths(evidence),
         exact_beliefs=not believer.rounded,
         contradicting=contradicting,
         reproduction=reproduction,
-        claims=believer.hypothetical or reproduction.same is not False,
+        claims=hypothetical or reproduction.same is not False,
         notes=tuple(
             note
             for note in (
-                *_notes(evidence, believer, durations if robot else None, reproduction),
+                *_notes(evidence, believer, durations if robot else None, reproduction, hypothetical=hypothetical),
                 misses_note(evidence, contradicting),
             )
             if note
         ),
     )
-    return replace(ground, worlds=_sample_worlds(ground, types))
+    try:
+        return replace(ground, worlds=_sample_worlds(ground, types))
+    except NotAnswered as error:
+        return replace(ground, notes=(*ground.notes, f"no estimate: {error}"))
 
 
 def _notes(
-    evidence: Evidence, believer: EstimatorChoice, durations: Durations | None, reproduction: Reproduction
+    evidence: Evidence,
+    believer: EstimatorChoice,
+    durations: Durations | None,
+    reproduction: Reproduction,
+    *,
+    hypothetical: bool,
 ) -> tuple[str, ...]:
     """What is to be known of all replays over a log; an empty one says nothing."""
     words = (*evidence.notes, believer.note, durations.words() if durations else "")
     if reproduction.same is not False:
         return words
-    if believer.hypothetical:
+    if hypothetical:
         return (*words, f"with these beliefs {evidence.info.strategy} itself does not do what was recorded")
     return (*words, reproduction.why)
+
+
+def _with_history(evidence: Evidence, settings: ReplaySettings) -> tuple[Evidence, bool]:
+    """The evidence with the memory that a history makes at its start, and whether that is not the robot's own."""
+    if settings.history is None:
+        return evidence, False
+    rates = settings.rates or shipped_rates()
+    memory = settings.history.memory_at(evidence.info.started.ns, evidence.place.plan, rates)
+    own = evidence.memory is not None and evidence.memory.digest == memory.digest
+    return (evidence, False) if own else (replace(evidence, memory=memory), True)
 
 
 def house_from_truth(evidence: Evidence, truth: GroundTruth) -> House:
@@ -184,6 +237,13 @@ def house_from_truth(evidence: Evidence, truth: GroundTruth) -> House:
     return House(plan=evidence.place.plan, contents=contents)
 
 
+def drawer_of(estimator: Estimator, settings: ReplaySettings) -> Estimator:
+    """By whose beliefs worlds are drawn."""
+    from workbench.beliefs.estimators import estimator as estimator_named
+
+    return estimator_named(settings.drawn_by, origin=NameOrigin.LOG) if settings.drawn_by else estimator
+
+
 def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledWorlds | None:
     """Worlds for the estimate, sampled from the belief given all that the log shows."""
     evidence, settings = ground.evidence, ground.settings
@@ -191,7 +251,7 @@ def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledW
         return None
     relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
     all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
-    believed = ground.estimator.believe(all_seen, relevance.types)
+    believed = drawer_of(ground.estimator, settings).believe(all_seen, relevance.types)
     belief = believe_scenario_items(believed, evidence.task, evidence.place.plan)
     if evidence.misses:
         belief = _with_doubtful(ground, belief)
@@ -210,7 +270,9 @@ def _with_doubtful(ground: PreparedLog, belief: Belief) -> Belief:
     evidence = ground.evidence
     at_start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
     before = believe_scenario_items(
-        ground.estimator.believe(at_start, belief.item_types), evidence.task, evidence.place.plan
+        drawer_of(ground.estimator, ground.settings).believe(at_start, belief.item_types),
+        evidence.task,
+        evidence.place.plan,
     )
     columns = [before.containers.index(c) for c in evidence.doubtful if c in before.containers]
     return replace(

@@ -18,6 +18,7 @@ from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.climb import climbed_ends
 from replayers.counterfactual.estimates.estimate import costs_in, estimate_of
 from replayers.counterfactual.fast_strategy import fast_strategy
+from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
@@ -201,7 +202,7 @@ def run_tree_of(ground: PreparedLog, planner: Strategy) -> RunTree:
     return RunTree(
         evidence,
         fast_strategy(planner, ground.memory),
-        ground.estimator,
+        ground.estimator_of(planner),
         relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
         TreeOptions(
             seed=evidence.info.seed,
@@ -277,17 +278,16 @@ def support_of(events: tuple[Event, ...]) -> dict[str, int]:
 
 def _run(ground: PreparedLog, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
     evidence = ground.evidence
-    return tuple(
-        run_task(
-            world,
-            planner,
-            ground.estimator,
-            evidence.task,
-            costs=evidence.costs,
-            seed=evidence.info.seed,
-            options=LoopOptions(max_steps=MAX_STEPS, stopwatch=zero_clock),
-        )
+    events = run_task(
+        world,
+        planner,
+        ground.estimator_of(planner),
+        evidence.task,
+        costs=evidence.costs,
+        seed=evidence.info.seed,
+        options=LoopOptions(max_steps=MAX_STEPS, stopwatch=zero_clock),
     )
+    return tuple(with_beliefs(events))
 
 
 def _ended(events: tuple[Event, ...]) -> RunEnded:

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.run_tree import zero_clock
 from replayers.runs.run import Run
@@ -63,7 +64,7 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
 
 def events_over(run: Run, evidence: Evidence, estimator: Estimator, planner: Strategy) -> Iterator[Event]:
     """What a planner does over a run's own log, of which it sees what was recorded and when; nothing takes time."""
-    return run_task(
+    events = run_task(
         LoggedWorld(evidence, with_ways=False, as_recorded=True),
         planner,
         estimator,
@@ -73,6 +74,7 @@ def events_over(run: Run, evidence: Evidence, estimator: Estimator, planner: Str
         options=LoopOptions(stopwatch=zero_clock),
         perception=evidence.perception,
     )
+    return with_beliefs(events)
 
 
 def _holds_every_action(run: Run) -> bool:

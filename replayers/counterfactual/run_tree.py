@@ -14,6 +14,7 @@ from typing import final
 
 from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.overlooked import PossibleContents, possible_contents
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
@@ -293,7 +294,7 @@ class RunTree:
         steps_left: int = MAX_STEPS,
         planner: Strategy | None = None,
     ) -> Iterator[Event]:
-        return run_task(
+        events = run_task(
             world,
             planner or self._planner,
             self._estimator,
@@ -302,6 +303,7 @@ class RunTree:
             seed=self._seed,
             options=LoopOptions(max_steps=max(1, steps_left), stopwatch=zero_clock, begin_with=begin_with),
         )
+        return with_beliefs(events)
 
     def _question(self, container: ContainerId, knowledge: Knowledge) -> UnobservedLook:
         live = self.relevance.live(knowledge)

@@ -23,12 +23,13 @@ from typing import Any, Self, cast, final
 
 from workbench.debugging import show_traceback
 from workbench.errors import LiosError
-from workbench.planning.guarded import checked_decision, exception_text
+from workbench.planning.guarded import checked_decision
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.strategies import StrategyNotLoaded, canonical_name, is_strategy, strategy_plugin
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin, Plugin
+from workbench.third_party.calls import exception_text
 from workbench.worlds.house import ItemType
 
 LOADING_S = 60.0

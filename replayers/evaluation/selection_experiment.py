@@ -3,8 +3,8 @@ order."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from replayers.evaluation.selection_pool import PoolTrial
 from replayers.selection.elimination import NEAR, eliminated_by_proof, eliminated_by_sequence
 from replayers.selection.selectors import SELECTORS
 from workbench.errors import BadValue
-from workbench.evaluation.statistics import Estimate, mean_with_interval
+from workbench.evaluation.statistics import Estimate, mean_with_interval, ratio_with_interval
 
 Floats = npt.NDArray[np.float64]
 
@@ -27,7 +27,9 @@ class Campaign:
     """One seed's trials, driven as one selector says.
 
     Attributes:
+        pool: the number of the pool that its trials are from.
         driven: the index of the strategy driven in each trial.
+        best: the best fixed strategy in hindsight: of least total cost over the trials, the first of several.
         regret: cumulative: what was driven so far cost more than the best fixed strategy in hindsight (over all of
             the campaign's trials) did so far; shape (trials,).
     """
@@ -35,23 +37,26 @@ class Campaign:
     selector: str
     seed: int
     driven: tuple[int, ...]
+    best: int
     regret: Floats
+    pool: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SelectorRow:
-    """One selector over all seeds; the interval draws seeds, whose trials come from one pool.
+    """One selector over all pools and seeds; intervals draw the campaigns of a pool's seeds.
 
     Attributes:
         regret: mean cumulative regret at the end.
         best_share: share of trials in which the best fixed strategy in hindsight was driven.
-        share_of: by baseline, this selector's mean regret over the baseline's; None where that is not above 0.
+        share_of: by baseline, this selector's mean regret over the baseline's on the same trials; None where that is
+            not above 0.
     """
 
     selector: str
     regret: Estimate
     best_share: float
-    share_of: dict[str, float | None]
+    share_of: dict[str, Estimate | None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,8 +77,11 @@ class EliminationCheck:
     by_sequence: float
 
 
-def campaigns(pool: Sequence[PoolTrial], *, trials: int, seeds: Sequence[int]) -> Iterator[Campaign]:
+def campaigns(pool: Sequence[PoolTrial], *, trials: int, seeds: Sequence[int], number: int = 0) -> Iterator[Campaign]:
     """Every selector's campaign for every seed: the seed draws trials from the pool without putting back.
+
+    Args:
+        number: the pool's.
 
     Raises:
         BadValue: the pool is smaller than a campaign.
@@ -83,8 +91,9 @@ def campaigns(pool: Sequence[PoolTrial], *, trials: int, seeds: Sequence[int]) -
     for seed in seeds:
         order = np.random.default_rng((seed, 0)).permutation(len(pool))[:trials]
         chosen = [pool[i] for i in order]
-        for number, name in enumerate((*SELECTORS, RANDOM)):
-            yield campaign(chosen, name, seed=seed, rng=np.random.default_rng((seed, 1 + number)))
+        for k, name in enumerate((*SELECTORS, RANDOM)):
+            made = campaign(chosen, name, seed=seed, rng=np.random.default_rng((seed, 1 + k)))
+            yield replace(made, pool=number)
 
 
 def campaign(chosen: Sequence[PoolTrial], selector: str, *, seed: int, rng: np.random.Generator) -> Campaign:
@@ -97,40 +106,47 @@ def campaign(chosen: Sequence[PoolTrial], selector: str, *, seed: int, rng: np.r
     true = np.array([trial.true for trial in chosen])
     best = int(np.argmin(true.sum(axis=0)))
     paid = true[np.arange(len(chosen)), driven]
-    return Campaign(selector=selector, seed=seed, driven=tuple(driven), regret=np.cumsum(paid - true[:, best]))
+    regret = np.cumsum(paid - true[:, best])
+    return Campaign(selector=selector, seed=seed, driven=tuple(driven), best=best, regret=regret)
 
 
-def selector_rows(made: Sequence[Campaign], best: Callable[[int], int], *, seed: int) -> tuple[SelectorRow, ...]:
+def selector_rows(made: Sequence[Campaign], *, seed: int) -> tuple[SelectorRow, ...]:
     """The selectors' rows, in the order of first appearance.
 
     Args:
-        best: by seed, the best fixed strategy in hindsight.
+        made: every selector's campaigns for the same pools and seeds, in the same order.
         seed: of the intervals.
     """
     names = tuple(dict.fromkeys(c.selector for c in made))
-    ends = {name: [c for c in made if c.selector == name] for name in names}
-    means = {name: float(np.mean([c.regret[-1] for c in ends[name]])) for name in names}
+    of = {name: [c for c in made if c.selector == name] for name in names}
+    ends = {name: np.array([c.regret[-1] for c in of[name]]) for name in names}
+    clusters = [(c.pool, c.seed) for c in of[names[0]]]
+
+    def share(name: str, other: str) -> Estimate | None:
+        if ends[other].mean() <= NEAR:
+            return None
+        return ratio_with_interval(ends[name], ends[other], clusters, rng=np.random.default_rng(seed))
+
     return tuple(
         SelectorRow(
             selector=name,
-            regret=mean_with_interval(
-                [float(c.regret[-1]) for c in ends[name]],
-                [c.seed for c in ends[name]],
-                rng=np.random.default_rng(seed),
-            ),
-            best_share=float(np.mean([np.mean(np.array(c.driven) == best(c.seed)) for c in ends[name]])),
-            share_of={
-                other: means[name] / means[other] if means[other] > NEAR else None for other in names if other != name
-            },
+            regret=mean_with_interval(ends[name], clusters, rng=np.random.default_rng(seed)),
+            best_share=float(np.mean([np.mean(np.array(c.driven) == c.best) for c in of[name]])),
+            share_of={other: share(name, other) for other in names if other != name},
         )
         for name in names
     )
 
 
-def best_in_hindsight(pool: Sequence[PoolTrial], *, trials: int, seed: int) -> int:
-    """The strategy of least total cost over a seed's trials; the first of several."""
-    order = np.random.default_rng((seed, 0)).permutation(len(pool))[:trials]
-    return int(np.argmin(np.array([pool[i].true for i in order]).sum(axis=0)))
+def all_checks(checks: Sequence[EliminationCheck]) -> EliminationCheck:
+    """The checks of several pools as one; shares are means over pools."""
+    return EliminationCheck(
+        campaigns=sum(c.campaigns for c in checks),
+        wrong_by_proof=sum(c.wrong_by_proof for c in checks),
+        by_proof=float(np.mean([c.by_proof for c in checks])),
+        wrong_by_sequence=sum(c.wrong_by_sequence for c in checks),
+        by_sequence=float(np.mean([c.by_sequence for c in checks])),
+    )
 
 
 def check_eliminations(

@@ -23,9 +23,9 @@ from replayers.evaluation.trials import MeasurementSettings, ReplayTask, Skipped
 from replayers.runs.run import read
 from replayers.selection.trial_costs import TrialCosts, trial_costs
 from workbench.errors import LiosError, MalformedFile
+from workbench.evaluation.cluster import run_in_order
 from workbench.execution.loop import outcome_of
 from workbench.plugins import NameOrigin
-from workbench.process_pool import process_pool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,14 +45,16 @@ class PoolTrial:
     seen: tuple[TrialCosts, ...]
 
 
-def pool_trials(plan: MeasurementSettings, *, workers: int = 1) -> Iterator[PoolTrial | SkippedTask]:
-    """Computes the trials of a pool, in order, for any number of workers."""
-    if workers <= 1:
-        for place in plan.places:
-            yield pool_trial(place, plan)
-        return
-    with process_pool(workers) as pool:
-        yield from pool.map(_pool_trial, [(place, plan) for place in plan.places])
+def pool_trials(
+    plan: MeasurementSettings, *, workers: int = 1, scheduler: str = ""
+) -> Iterator[PoolTrial | SkippedTask]:
+    """Computes the trials of a pool, in order, for any number of workers.
+
+    Args:
+        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
+    """
+    tasks = ((place, plan) for place in plan.places)
+    return run_in_order(_pool_trial, tasks, workers=workers, scheduler=scheduler)
 
 
 def pool_trial(place: ReplayTask, plan: MeasurementSettings) -> PoolTrial | SkippedTask:

@@ -20,14 +20,13 @@ from replayers.counterfactual.replay import replay_on
 from replayers.evaluation.calibration import Stretch, pit_interval, share_within
 from replayers.runs.run import Run, read
 from workbench.errors import BadValue, LiosError, Unsupported
-from workbench.evaluation.cluster import in_order_on_cluster
+from workbench.evaluation.cluster import run_in_order
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.execution.start import scenario_start
 from workbench.planning.actions import relevant_types
 from workbench.plugins import NameOrigin
-from workbench.process_pool import process_pool
 from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import House
 from workbench.worlds.procthor.load import load_house, load_houses
@@ -194,17 +193,8 @@ def counterfactuals(
     Args:
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
     """
-    if scheduler:
-        tasks = [(place, plan) for place in plan.places]
-        yield from chain.from_iterable(in_order_on_cluster(_measured, tasks, scheduler=scheduler, workers=workers))
-        return
-    if workers <= 1:
-        for place in plan.places:
-            yield from measure(place, plan)
-        return
-    with process_pool(workers) as pool:
-        for found in pool.map(_measured, [(place, plan) for place in plan.places]):
-            yield from found
+    tasks = ((place, plan) for place in plan.places)
+    yield from chain.from_iterable(run_in_order(_measured, tasks, workers=workers, scheduler=scheduler))
 
 
 def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfactual | SkippedTask]:

@@ -1,17 +1,32 @@
-"""Reads ROS 1 bags (.bag) and ROS 2 bags (a folder, or one .mcap or .db3 file), message by message."""
+"""Reads ROS 1 bags (.bag) and ROS 2 bags (a folder, or one .mcap or .db3 file), message by message.
+
+rosbags reads those of ROS 1. Of a ROS 2 bag, metadata.yaml is asked only which files belong to it and whether its
+messages are compressed one by one: all else is in the files.
+"""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-from replayers.importers.mcap_bags import CutOffMcap, McapFiles, open_mcap
+import yaml
+import zstandard
+
+from replayers.importers.mcap_bags import CutOffMcap, McapFiles, Raw, open_mcap
+from replayers.importers.message_types import MessageTypes
+from replayers.importers.sqlite_bags import SqliteFiles, open_sqlite
 from workbench.errors import FileMissing, Malformed, MissingExtra
 
 ROS2_SUFFIXES = (".mcap", ".db3")
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+MAX_TOGETHER = 1000
+"""Messages of one time that are held back at most, so that transforms among them come first."""
+MAX_METADATA_BYTES = 1 << 20
 
 EXTRA_DEFINITIONS = {
     "apriltag_msgs/msg/Point": "float64 x\nfloat64 y\n",
@@ -23,7 +38,7 @@ EXTRA_DEFINITIONS = {
         "std_msgs/Header header\napriltag_msgs/AprilTagDetection[] detections\n"
     ),
 }
-"""Definitions of types that SQLite bags do not carry and that are not part of ROS 2."""
+"""Definitions of types that older SQLite bags do not carry and that are not part of ROS 2."""
 
 
 class NotABag(Malformed):
@@ -75,6 +90,17 @@ class UnknownMessageType(Malformed):
         )
 
 
+class UndecodableTopic(Malformed):
+    """A mapped topic with a message that is not what its type says."""
+
+    def __init__(self, path: Path, topic: str, reason: str) -> None:
+        short = " ".join(reason.split())[:160].rstrip(".")
+        super().__init__(
+            f"{path}: a message of {topic} cannot be decoded ({short}). "
+            "Leave the topic out of the mapping, or record it anew."
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class BagMessage:
     """A message with its topic, type and the time when it was recorded."""
@@ -99,47 +125,71 @@ class Bag:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        if isinstance(self.reader, McapFiles):
-            return tuple(sorted({*self.reader.counts, *self.reader.skipped}))
+        if self._ros2 is not None:
+            return tuple(sorted({*self._ros2.counts, *self._ros2.skipped}))
         return tuple(sorted({connection.topic for connection in self.reader.connections}))
 
     @property
     def start_ns(self) -> int:
-        return self.reader.start_ns if isinstance(self.reader, McapFiles) else int(self.reader.start_time)
+        return self._ros2.start_ns if self._ros2 is not None else int(self.reader.start_time)
 
     @property
     def counts(self) -> dict[str, int]:
-        if isinstance(self.reader, McapFiles):
-            return dict(sorted(self.reader.counts.items()))
+        """Messages by topic."""
+        if self._ros2 is not None:
+            return dict(sorted(self._ros2.counts.items()))
         return {name: info.msgcount for name, info in sorted(self.reader.topics.items())}
 
     @property
+    def undefined(self) -> dict[str, str]:
+        """Topics of a type that is defined nowhere, with the type."""
+        return self.reader.undefined if isinstance(self.reader, SqliteFiles) else {}
+
+    @property
     def skipped(self) -> dict[str, str]:
-        return dict(sorted(self.reader.skipped.items())) if isinstance(self.reader, McapFiles) else {}
+        return dict(sorted(self._ros2.skipped.items())) if self._ros2 is not None else {}
 
     @property
     def profiles(self) -> tuple[str, ...]:
         known = {"ros1", "ros2"}
-        return tuple(sorted(self.reader.profiles - known)) if isinstance(self.reader, McapFiles) else ()
+        return tuple(sorted(self._ros2.profiles - known)) if self._ros2 is not None else ()
+
+    @property
+    def _ros2(self) -> McapFiles | SqliteFiles | None:
+        return self.reader if isinstance(self.reader, McapFiles | SqliteFiles) else None
 
     def messages(self, topics: tuple[str, ...]) -> Iterator[BagMessage]:
         """The messages of some topics in the order of their record times, of all files of the bag together.
 
         Raises:
             UnknownMessageType: one of them has a type without a known definition.
+            UndecodableTopic: a message of theirs is not what its type says.
             NotABag: the file is damaged.
         """
+        from sqlite3 import Error as SqliteError
+
         from rosbags.highlevel import AnyReaderError
         from rosbags.serde import SerdeError
 
+        for topic in sorted(self.undefined.keys() & set(topics)):
+            raise UnknownMessageType(self.path, topic, self.undefined[topic])
         try:
-            if isinstance(self.reader, McapFiles):
-                for stamp_ns, topic, kind, data in self.reader.raw(topics):
-                    yield BagMessage(topic, kind, stamp_ns, self.reader.decode(kind, data))
+            if self._ros2 is not None:
+                for stamp_ns, topic, kind, data in _transforms_first(self._ros2.raw(topics)):
+                    yield BagMessage(topic, kind, stamp_ns, self._decoded(topic, kind, data))
             else:
                 yield from self._by_rosbags(topics)
-        except (AnyReaderError, SerdeError, OSError, ValueError, AssertionError, EOFError) as error:
+        except (AnyReaderError, SerdeError, SqliteError, OSError, ValueError, AssertionError, EOFError) as error:
             raise NotABag(self.path, f"damaged: {error}") from error
+
+    def _decoded(self, topic: str, kind: str, data: bytes) -> Any:
+        from rosbags.serde import SerdeError
+
+        assert self._ros2 is not None
+        try:
+            return self._ros2.decode(kind, data)
+        except (SerdeError, ValueError, KeyError) as error:
+            raise UndecodableTopic(self.path, topic, str(error)) from error
 
     def _by_rosbags(self, topics: tuple[str, ...]) -> Iterator[BagMessage]:
         chosen = [connection for connection in self.reader.connections if connection.topic in topics]
@@ -153,6 +203,17 @@ class Bag:
             yield BagMessage(connection.topic, connection.msgtype, int(stamp_ns), message)
 
 
+def _transforms_first(found: Iterator[Raw]) -> Iterator[Raw]:
+    """The same messages, with transforms before others of the same time: these may be placed by them."""
+    together: list[Raw] = []
+    for each in found:
+        if together and (each[0] != together[0][0] or len(together) == MAX_TOGETHER):
+            yield from sorted(together, key=lambda one: one[2] != TRANSFORMS)
+            together = []
+        together.append(each)
+    yield from sorted(together, key=lambda one: one[2] != TRANSFORMS)
+
+
 @contextmanager
 def open_bag(path: Path) -> Generator[Bag]:
     """Opens a bag of ROS 1 or ROS 2.
@@ -161,7 +222,7 @@ def open_bag(path: Path) -> Generator[Bag]:
         MissingExtra: rosbags is not installed. FileMissing, NotABag, EmptyBag, Unclosed, Packed.
     """
     try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.highlevel import AnyReaderError
     except ImportError as error:
         raise MissingExtra("Importing bags", "bags") from error
     if not path.exists():
@@ -170,45 +231,96 @@ def open_bag(path: Path) -> Generator[Bag]:
         raise Packed(path)
     if path.is_file() and path.suffix not in (".bag", *ROS2_SUFFIXES):
         raise NotABag(path, f"files of {path.suffix or 'no suffix'} are not known")
-    files = _files(path)
-    try:
-        if files and files[0].suffix == ".mcap":
-            yield _open_mcap(path, files)
-            return
-        # files of a folder are given one by one: rosbags merges by time only what it opens as several bags
-        reader = AnyReader(list(files) if len(files) > 1 else [path], default_typestore=_definitions())
+    with ExitStack() as stack:
+        try:
+            bag = _opened(path, stack)
+        except CutOffMcap as error:
+            raise Unclosed(Path(str(error))) from error
+        except (
+            AnyReaderError,
+            OSError,
+            ValueError,
+            AssertionError,
+            KeyError,
+            NotImplementedError,
+            zstandard.ZstdError,
+        ) as error:
+            raise NotABag(path, str(error) or type(error).__name__) from error
+        yield bag
+
+
+def _opened(path: Path, stack: ExitStack) -> Bag:
+    from rosbags.highlevel import AnyReader
+
+    if path.suffix == ".bag" and path.is_file():
+        reader = AnyReader([path], default_typestore=_definitions())
         reader.open()
-    except CutOffMcap as error:
-        raise Unclosed(Path(str(error))) from error
-    except FileNotFoundError as error:
-        raise NotABag(path, "a ROS 2 bag folder has a metadata.yaml; without it give its .db3 file") from error
-    except (AnyReaderError, OSError, ValueError, AssertionError, KeyError, NotImplementedError) as error:
-        raise NotABag(path, str(error) or type(error).__name__) from error
-    try:
+        stack.callback(reader.close)
         if reader.message_count == 0:
             raise EmptyBag(path)
-        yield Bag(path, reader)
-    finally:
-        reader.close()
+        return Bag(path, reader)
+    about = _metadata(path)
+    files = _files(path, about, stack)
+    types = MessageTypes(_definitions(), packed=str(about.get("compression_mode", "")).lower() == "message")
+    if files[0].suffix == ".mcap":
+        return _open_mcap(path, files, types)
+    found = open_sqlite(files, types, stack)
+    if not found.counts and not found.skipped:
+        raise EmptyBag(path)
+    return Bag(path, found)
 
 
-def _files(path: Path) -> tuple[Path, ...]:
-    """The data files of a ROS 2 bag, uncompressed, by name; none for what rosbags opens as a whole."""
+def _metadata(path: Path) -> dict[str, Any]:
+    """What a bag's metadata.yaml says of its files; empty where it is none or makes no sense."""
+    file = (path if path.is_dir() else path.parent) / "metadata.yaml"
+    try:
+        with file.open(encoding="utf-8") as stream:
+            found = yaml.safe_load(stream.read(MAX_METADATA_BYTES))
+        about = found["rosbag2_bagfile_information"]
+    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError, RecursionError):
+        return {}
+    if not isinstance(about, dict) or not (path.is_dir() or path.name in _file_names(about)):
+        return {}
+    return about
+
+
+def _file_names(about: dict[str, Any]) -> list[str]:
+    """The names of the files that a bag's metadata list."""
+    listed = about.get("relative_file_paths")
+    return [Path(str(file)).name for file in listed] if isinstance(listed, list) else []
+
+
+def _files(path: Path, about: dict[str, Any], stack: ExitStack) -> tuple[Path, ...]:
+    """The data files of a ROS 2 bag: those that its metadata name, or else all of its folder; unpacked for a while
+    where they are compressed.
+
+    Raises:
+        Packed, NotABag: compressed files without metadata; no data file.
+    """
     if path.is_file():
-        return (path,) if path.suffix == ".mcap" else ()
-    found = {suffix: tuple(sorted(path.glob(f"*{suffix}"))) for suffix in ROS2_SUFFIXES}
-    packed = next(path.glob("*.zstd"), None)
-    if packed is not None:
-        if not (path / "metadata.yaml").exists():
-            raise Packed(packed)
-        return ()
-    return found[".mcap"] or found[".db3"]
+        return (path,)
+    named = tuple(path / name for name in _file_names(about))
+    if not named or not all(file.is_file() for file in named):
+        suffixes = (".zstd", *ROS2_SUFFIXES)
+        found = {suffix: tuple(sorted(path.glob(f"*{suffix}"))) for suffix in suffixes}
+        if found[".zstd"] and not about:
+            raise Packed(found[".zstd"][0])
+        named = next((found[suffix] for suffix in suffixes if found[suffix]), ())
+    if not named:
+        raise NotABag(path, "a folder without .mcap and .db3 files")
+    if named[0].suffix != ".zstd":
+        return named
+    folder = Path(stack.enter_context(TemporaryDirectory(prefix="lios-import-")))
+    for file in named:
+        with file.open("rb") as packed, (folder / file.stem).open("wb") as plain:
+            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(packed), plain)
+    return tuple(folder / file.stem for file in named)
 
 
-def _open_mcap(path: Path, files: tuple[Path, ...]) -> Bag:
+def _open_mcap(path: Path, files: tuple[Path, ...], types: MessageTypes) -> Bag:
     from workbench.log_schema.run_info import INFO_METADATA
 
-    reader = open_mcap(files, _definitions())
+    reader = open_mcap(files, types)
     if not reader.counts and not reader.skipped:
         raise EmptyBag(path)
     if not reader.counts:

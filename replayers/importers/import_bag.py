@@ -96,7 +96,8 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         OutputExists: the log is there and force is not set.
     """
     task = plan.task or session_task()
-    roles = {topic: role for topic in bag.counts if (role := plan.mapping.role_of(topic)) is not None}
+    there = (*bag.counts, *bag.undefined)
+    roles = {topic: role for topic in there if (role := plan.mapping.role_of(topic)) is not None}
     strategy = strategy_named(plan.strategy, origin=NameOrigin.USER) if plan.strategy else None
     estimator = estimator_named(plan.estimator, origin=NameOrigin.USER) if plan.strategy else None
     survey, frames, clock = survey_bag(bag, plan.mapping, roles, plan.clock)

@@ -7,21 +7,19 @@ out, with the reason.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from heapq import heappop, heappush, merge
 from pathlib import Path
 from typing import Any, final
 
+from replayers.importers.message_types import ENCODINGS, MessageTypes, TypeFinding, full_name
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
-from workbench.caches import Cache
+from workbench.message_enum import Result
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_PROFILE_BYTES = 256
-MAX_CACHED_KINDS = 1000
-ENCODINGS = {"cdr": ("ros2msg", "ros2idl"), "ros1": ("ros1msg",)}
-"""Schema encodings of ROS by message encoding, as in the MCAP registry."""
 
 Raw = tuple[int, str, str, bytes]
 """Log time in nanoseconds, topic, message type, data."""
@@ -44,14 +42,12 @@ class McapFiles:
     """
 
     paths: tuple[Path, ...]
-    default_store: Any
+    types: MessageTypes
     profiles: set[str] = field(default_factory=set)
     start_ns: int = 0
     counts: dict[str, int] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
     _back_ns: dict[Path, int] = field(default_factory=dict)
-    _kinds: Cache[tuple[str, bytes], tuple[str, Any] | str] = field(default_factory=lambda: Cache(MAX_CACHED_KINDS))
-    _stores: dict[str, tuple[Any, bool]] = field(default_factory=dict)
 
     def raw(self, topics: tuple[str, ...]) -> Iterator[Raw]:
         """Undecoded messages of some topics in the order of their log times, of all files together."""
@@ -61,8 +57,7 @@ class McapFiles:
 
     def decode(self, kind: str, data: bytes) -> Any:
         """A message of a type that `raw` gave."""
-        store, ros1 = self._stores[kind]
-        return store.deserialize_ros1(data, kind) if ros1 else store.deserialize_cdr(data, kind)
+        return self.types.decode(kind, data)
 
     def survey(self) -> None:
         """Reads every file once, undecoded: topics, counts, the start, and how far messages are out of order."""
@@ -97,56 +92,27 @@ class McapFiles:
     def _kind_of(self, message: Message) -> str | None:
         """The message's type; None where it cannot be decoded, which is noted once a topic."""
         schema = message.schema
-        key = (message.channel.message_encoding, b"" if schema is None else schema.name.encode() + schema.data)
-        found = self._kinds.get(key, lambda: self._learn(message))
-        if isinstance(found, str):
-            self.skipped.setdefault(message.topic, found)
-            return None
-        return found[0]
+        kind = "" if schema is None else full_name(schema.name)
+        found = self._found(message, kind)
+        if found.kind is TypeFinding.KNOWN:
+            return kind
+        self.skipped.setdefault(message.topic, found.message)
+        return None
 
-    def _learn(self, message: Message) -> tuple[str, Any] | str:
-        """The type of a message with what decodes it, or why nothing does."""
+    def _found(self, message: Message, kind: str) -> Result[TypeFinding]:
         schema, encoding = message.schema, message.channel.message_encoding
-        if encoding not in ENCODINGS:
-            return f"its messages are encoded as {encoding or 'nothing named'}, which is not ROS's"
-        if schema is None:
-            return "it has no schema"
-        name = schema.name if "/msg/" in schema.name else schema.name.replace("/", "/msg/", 1)
-        from rosbags.typesys import TypesysError
-
-        try:
-            store = self._store(name, schema.encoding, schema.data, ENCODINGS[encoding])
-        except (TypesysError, ValueError, LookupError, AssertionError, TypeError, RecursionError) as error:
-            reason = " ".join(str(error).split())[:120]
-            return f"its schema {schema.name} cannot be parsed ({reason or type(error).__name__})"
-        self._stores.setdefault(name, (store, encoding == "ros1"))
-        return name, store
-
-    def _store(self, name: str, encoding: str, data: bytes, known: Iterable[str]) -> Any:
-        from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
-
-        if not data and name in self.default_store.fielddefs:
-            return self.default_store
-        if encoding not in known:
-            raise ValueError(f"schema encoding {encoding or 'not named'}")
-        text = data.decode()
-        store = get_typestore(Stores.EMPTY)
-        if encoding != "ros2idl":
-            store.register(get_types_from_msg(text, name))
-            return store
-        types: dict[str, Any] = {}
-        for part in text.split("=" * 80 + "\n"):
-            if part.strip():
-                types.update(get_types_from_idl(part.split("\n", 1)[1] if part.startswith("IDL: ") else part))
-        store.register(types)
-        return store
+        if schema is None and encoding in ENCODINGS:
+            return TypeFinding.NO_SCHEMA.result()
+        return self.types.learn(
+            kind, encoding, "" if schema is None else schema.encoding, b"" if schema is None else schema.data
+        )
 
 
-def open_mcap(paths: tuple[Path, ...], default_store: Any) -> McapFiles:
+def open_mcap(paths: tuple[Path, ...], types: MessageTypes) -> McapFiles:
     """The files of a bag, surveyed.
 
     Args:
-        default_store: rosbags' store of types, for schemas without a text.
+        types: what decodes its messages.
 
     Raises:
         CutOffMcap: a file has no end. OSError, ValueError: not MCAP.
@@ -158,7 +124,7 @@ def open_mcap(paths: tuple[Path, ...], default_store: Any) -> McapFiles:
             stream.seek(-len(MAGIC), 2)
             if stream.read() != MAGIC:
                 raise CutOffMcap(str(path))
-    files = McapFiles(paths, default_store)
+    files = McapFiles(paths, types)
     files.survey()
     return files
 

@@ -193,9 +193,9 @@ class Copier:
     def finish(self) -> None:
         """Completes the file, still under its temporary name.
 
-        Waits until it is on disk only where it replaces another: the logs that it is made of are still there.
+        Waits until it is on disk, so that after a power cut the name never stands for a file that is not there.
         """
-        self.writer.close(sync=self.path.exists())
+        self.writer.close()
 
     def keep(self) -> None:
         """Renames the finished file to its final name, unless another file has taken it meanwhile."""

@@ -11,6 +11,7 @@ import msgspec
 from google.protobuf.json_format import MessageToDict
 from mcap.records import Schema
 
+from replayers.mcap_io.cdr import require_plain_cdr
 from replayers.mcap_io.messages import Message
 from workbench.caches import Cache
 
@@ -112,8 +113,13 @@ def _decoder_for(encoding: str, schema: Schema) -> Callable[[bytes], Any] | None
         except ImportError:
             return None
         decode = RosDecoders().decoder_for(encoding, schema)
-        return None if decode is None else lambda data: _ros(decode(data))
+        return None if decode is None else lambda data: _ros(decode(_plain_cdr(data)))
     return None
+
+
+def _plain_cdr(data: bytes) -> bytes:
+    require_plain_cdr(data)
+    return data
 
 
 def _ros(value: Any) -> Any:

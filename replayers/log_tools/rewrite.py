@@ -9,9 +9,9 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
-from mcap.records import Attachment, Header, Metadata
+from mcap.records import Attachment, Channel, Header, Metadata, Schema
 
 from recorders.sinks.files import PART_METADATA, REPEATED
 from replayers.log_tools.copy_log import Copier, LogLayout, Part, ReadLoss, pieces, profile_of
@@ -27,6 +27,22 @@ from workbench.errors import BadValue, Malformed
 Piece = Message | WholeChunk
 Told = Callable[[Iterator[Any]], Iterable[Any]]
 """Wraps the messages, or whole chunks of them, as they are copied, for a progress bar."""
+
+
+class Change(Protocol):
+    """What is done to messages and attachments of some channels while they are copied."""
+
+    def concerns(self, channel: Channel, schema: Schema | None) -> bool:
+        """Whether messages of a channel may be changed."""
+        ...
+
+    def changed(self, message: Message) -> Message | None:
+        """The message as it is to be copied; None to leave it out."""
+        ...
+
+    def keeps(self, attachment: Attachment) -> bool:
+        """Whether an attachment is copied."""
+        ...
 
 
 class MixedRuns(Malformed):
@@ -95,45 +111,69 @@ def patterns(texts: Iterable[str], option: str) -> tuple[re.Pattern[str], ...]:
     return tuple(found)
 
 
-def filtered(source: Path, output: Path, wanted: MessageFilter, style: LogLayout, told: Told = iter) -> Rewritten:
+def filtered(
+    source: Path,
+    output: Path,
+    wanted: MessageFilter,
+    style: LogLayout,
+    told: Told = iter,
+    *,
+    change: Change | None = None,
+) -> Rewritten:
     """Copies the wanted messages of a log: whole chunks as they stand where the layout allows it and all is wanted.
 
     Chunks that, by the index, hold nothing that is wanted are not read.
+
+    Args:
+        change: what is done to wanted messages on the way.
     """
     loss, kept = ReadLoss(), 0
     require_distinct_output([source], output)
     jumps, dropped = _unwanted_chunks(source, wanted)
     with Copier(output, style, profile=profile_of(source)) as copier:
-        for piece in told(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted)):
+        for piece in told(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change)):
             size = len(piece.places) if isinstance(piece, WholeChunk) else 1
-            taken = _copy_wanted(piece, copier, wanted)
+            taken = _copy_wanted(piece, copier, wanted, change)
             kept, dropped = kept + taken, dropped + size - taken
     return Rewritten(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
 
 
-def _stream_pieces(found: Iterator[Part | WholeChunk], copier: Copier, wanted: MessageFilter) -> Iterator[Piece]:
+def _stream_pieces(
+    found: Iterator[Part | WholeChunk], copier: Copier, wanted: MessageFilter, change: Change | None
+) -> Iterator[Piece]:
     """The messages and chunks of a log; its wanted attachments and metadata are copied as they are read."""
     for part in found:
         if isinstance(part, Message | WholeChunk):
             yield part
         elif isinstance(part, Attachment) and wanted.attachments:
-            copier.attach(part)
+            if change is None or change.keeps(part):
+                copier.attach(part)
         elif isinstance(part, Metadata) and wanted.metadata:
             copier.describe(part)
 
 
-def _copy_wanted(piece: Piece, copier: Copier, wanted: MessageFilter) -> int:
+def _copy_wanted(piece: Piece, copier: Copier, wanted: MessageFilter, change: Change | None) -> int:
     """Copies what is wanted; returns how many messages it is."""
     if isinstance(piece, Message):
-        return copier.copy_piece(piece) if wanted.message(piece) else 0
+        return _copy_changed(piece, copier, change) if wanted.message(piece) else 0
     topics = {channel.topic: wanted.topic(channel.topic) for channel, _ in piece.channels.values()}
-    if all(topics.values()) and wanted.time(piece.start_ns) and wanted.time(piece.end_ns):
+    whole = change is None or not any(change.concerns(*pair) for pair in piece.channels.values())
+    if whole and all(topics.values()) and wanted.time(piece.start_ns) and wanted.time(piece.end_ns):
         return copier.copy_piece(piece)
-    count = 0
-    for message in piece.messages(lambda topic, log_time: topics[topic] and wanted.time(log_time)):
-        copier.copy(message)
-        count += 1
-    return count
+    return sum(
+        _copy_changed(message, copier, change)
+        for message in piece.messages(lambda topic, log_time: topics[topic] and wanted.time(log_time))
+    )
+
+
+def _copy_changed(message: Message, copier: Copier, change: Change | None) -> int:
+    if change is not None and change.concerns(message.channel, message.schema):
+        changed = change.changed(message)
+        if changed is None:
+            return 0
+        message = changed
+    copier.copy(message)
+    return 1
 
 
 def _unwanted_chunks(source: Path, wanted: MessageFilter) -> tuple[dict[int, int], int]:

@@ -80,7 +80,7 @@ class ChunkRecord:
         """
         if self.uncompressed_size > limit:
             raise UnreadableRecord(f"claims {self.uncompressed_size} bytes unpacked, beyond the limit of {limit}")
-        data = _unpacked(self.packed, self.compression, self.uncompressed_size)
+        data = unpacked(self.packed, self.compression, self.uncompressed_size)
         if len(data) != self.uncompressed_size:
             raise UnreadableRecord(f"does not unpack to the {self.uncompressed_size} bytes that it claims")
         if self.uncompressed_crc and zlib.crc32(data) != self.uncompressed_crc:
@@ -98,7 +98,7 @@ class ChunkRecord:
         except UnreadableRecord as error:
             for compression in COMPRESSIONS if self.uncompressed_crc else ():
                 try:
-                    data = _unpacked(self.packed, compression, limit)
+                    data = unpacked(self.packed, compression, limit)
                 except UnreadableRecord:
                     continue
                 if zlib.crc32(data) == self.uncompressed_crc:
@@ -203,7 +203,7 @@ def is_known(opcode: int) -> bool:
     return opcode in _PARSERS
 
 
-def _unpacked(packed: bytes | memoryview, compression: str, size: int) -> bytes:
+def unpacked(packed: bytes | memoryview, compression: str, size: int) -> bytes:
     """Decompressed data; never more than size + 1 bytes are decompressed, whatever a frame claims."""
     if compression == "":
         return bytes(packed)

@@ -34,6 +34,7 @@ from workbench.log_schema.events import (
     BeliefUpdate,
     DomainEvent,
     Dropped,
+    EstimatorAnswer,
     FindCosts,
     GroundTruth,
     Observation,
@@ -76,6 +77,7 @@ class Run:
     costs: ActionCosts
     settings: dict[str, Any] = field(default_factory=dict)
     observations: tuple[Observation, ...] = ()
+    answers: tuple[EstimatorAnswer, ...] = ()
     beliefs: tuple[BeliefUpdate, ...] = ()
     find_costs: tuple[FindCosts, ...] = ()
     plans: tuple[PlanComputed, ...] = ()
@@ -137,6 +139,7 @@ class Run:
 _HELD_AS: Mapping[type[msgspec.Struct], str] = MappingProxyType(
     {
         Observation: "observations",
+        EstimatorAnswer: "answers",
         BeliefUpdate: "beliefs",
         FindCosts: "find_costs",
         PlanComputed: "plans",
@@ -248,6 +251,7 @@ class _Found:
             costs=settings.costs,
             settings=settings.more,
             observations=self._all(Observation),
+            answers=self._all(EstimatorAnswer),
             beliefs=self._all(BeliefUpdate),
             find_costs=self._all(FindCosts),
             plans=self._all(PlanComputed),

@@ -87,7 +87,7 @@ def trial_costs(replays: Iterable[StoredReplay], strategies: Sequence[str], *, l
             if other is not None and other.bounds is not None:
                 difference = cost_difference(made, other)
                 apart[i, j], apart[j, i] = difference.most, -difference.least
-    driven = first.recorded_strategy if first.recorded_strategy in strategies else None
+    driven = next((r.recorded_strategy for r in found.values() if r.recorded_strategy in strategies), None)
     return TrialCosts(
         log=first.log,
         strategies=tuple(strategies),

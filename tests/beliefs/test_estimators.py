@@ -97,7 +97,8 @@ def test_the_same_knowledge_gives_the_same_bytes_whatever_was_asked_before(name:
 def test_things_are_believed_to_be_where_they_are_kept(name: str) -> None:
     house = toy.toy_house()
     belief = estimator(name).believe(knowledge_of(house.plan, {}), (ItemType("Egg"), ItemType("Pillow")))
-    assert belief.containers[int(np.argmax(belief.of(ItemType("Egg"))))] == toy.FRIDGE
+    if name != "people":  # nobody was asked about eggs
+        assert belief.containers[int(np.argmax(belief.of(ItemType("Egg"))))] == toy.FRIDGE
     assert belief.containers[int(np.argmax(belief.of(ItemType("Pillow"))))] == toy.BED
 
 

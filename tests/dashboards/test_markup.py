@@ -12,6 +12,7 @@ from toy_run import empty_run, named_run, ns, other_run, toy_run
 
 from dashboards.model.clock import ALIGNMENTS, Clock
 from dashboards.model.replay_bounds import Counterfactual
+from dashboards.model.run_names import run_names
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.palette import run_colour
@@ -210,3 +211,13 @@ def test_the_strip_names_its_unit_once() -> None:
     labels = re.findall(r"<text[^>]*>([^<]*)</text>", made)
     assert labels[0] == "0 s"
     assert all(float(label) <= clock.end * 1.001 for label in labels[1:])
+
+
+def test_more_runs_than_colours_have_their_numbers_on_the_timeline_and_at_the_lines() -> None:
+    clock = Clock(timelines=(timeline_of(toy_run()),) * 12)
+    names = run_names([t.run for t in clock.timelines])
+    drawn = strip(clock, names, [run_colour(i) for i in range(12)])
+    assert ">12</span>" in drawn
+    assert ">12</span>" in cost_plot(clock, names)
+    few = Clock(timelines=clock.timelines[:3])
+    assert ">3</span>" not in strip(few, names[:3], [run_colour(i) for i in range(3)]) + cost_plot(few, names[:3])

@@ -9,6 +9,7 @@ import msgspec
 from toy_run import other_run, toy_run
 
 from dashboards.model.run_names import run_names
+from dashboards.palette import RUNS
 from replayers.runs.run import Run
 
 
@@ -35,3 +36,9 @@ def test_files_tell_apart_what_nothing_else_does() -> None:
 def test_twenty_runs_of_one_task_all_differ() -> None:
     runs = [_run(f"{i}.mcap", seed=i % 5, strategy=("lios", "greedy")[i % 2]) for i in range(20)]
     assert len(set(run_names(runs))) == 20
+
+
+def test_more_runs_than_colours_have_numbers_and_no_fewer() -> None:
+    runs = [_run(f"{i}.mcap", seed=i) for i in range(len(RUNS) + 1)]
+    assert run_names(runs[:-1])[0] == "lios, seed 0"
+    assert run_names(runs) == [f"{i + 1}: lios, seed {i}" for i in range(len(RUNS) + 1)]

@@ -163,7 +163,7 @@ def test_the_cost_plot_of_a_figure_tells_an_end_from_a_stop_and_keeps_its_key_of
     ends = [line.get_marker() for line in ax.lines if len(line.get_xdata()) == 1 and line.get_markersize() == 5]
     assert ends == ["o", "X", "X", "X"]
     key = ax.get_legend()
-    assert [t.get_text() for t in key.get_texts()][:2] == ["lios", "greedy (undetermined)"]
+    assert [t.get_text() for t in key.get_texts()][:2] == ["lios", "greedy #2 (undetermined)"]
     ax.figure.draw_without_rendering()
     assert key.get_window_extent().y1 < ax.get_window_extent().y0
 

@@ -140,6 +140,7 @@ class _Session:
 
     def __init__(self) -> None:
         self.asked: list[Any] = []
+        self.listers: dict[str, object] = {}
         self.library = SimpleNamespace(paths=(1, 2, 3))
         self.clock = SimpleNamespace(end=15.0, decisions=lambda: (0.0, 4.0, 7.0))
 

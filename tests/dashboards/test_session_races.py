@@ -149,6 +149,7 @@ def test_first_looks_go_with_their_run(number: int) -> None:
     timeline = timeline_of(toy_run())
     frame = timeline.decisions[number - 1]
     assert first_looks(timeline, frame) is first_looks(timeline, frame)
+    gc.collect()
     kept = len(_FIRST_LOOKS)
     del timeline
     gc.collect()

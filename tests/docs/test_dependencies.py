@@ -18,6 +18,7 @@ IMPORTED_AS = {
     "mcap-ros2-support": "mcap_ros2",
     "foxglove-sdk": "foxglove",
     "rerun-sdk": "rerun",
+    "opencv-python-headless": "cv2",
     "bosdyn-client": "bosdyn",
     "bosdyn-api": "bosdyn",
     "unified-planning": "unified_planning",

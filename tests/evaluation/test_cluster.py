@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from workbench.evaluation.cluster import (
     OtherVersion,
     in_order_on_cluster,
     on_cluster,
+    run_in_order,
 )
 
 pytest.importorskip("distributed", reason="dask.distributed is not installed")
@@ -95,3 +97,34 @@ def test_a_word_while_no_worker_is_there(monkeypatch: pytest.MonkeyPatch) -> Non
         while len(said) < 2 and time.monotonic() < end:
             time.sleep(0.01)
     assert said == ["No worker is at tcp://here: waiting for one.", "There are workers again."]
+
+
+def test_units_are_taken_as_they_are_needed() -> None:
+    taken: list[int] = []
+
+    def units() -> Iterator[int]:
+        for number in range(1000):
+            taken.append(number)
+            yield number
+
+    assert list(islice(run_in_order(negated, units()), 3)) == [0, -1, -2]
+    assert len(taken) == 3
+
+
+@pytest.mark.slow
+def test_many_units_are_not_handed_out_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "LEAST_AHEAD", 4)
+    most, taken, given = 0, 0, 0
+
+    def units() -> Iterator[int]:
+        nonlocal most, taken
+        for number in range(50):
+            taken += 1
+            most = max(most, taken - given)
+            yield number
+
+    for index, result in on_cluster(negated, units(), scheduler="local", workers=1):
+        given += 1
+        assert result == -index
+    assert given == 50
+    assert most <= 6

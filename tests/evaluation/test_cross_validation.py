@@ -10,7 +10,7 @@ import pytest
 
 from workbench.beliefs.training.train import TrainingSet
 from workbench.cli import run
-from workbench.evaluation.beliefs import cross_validation, fold_weights
+from workbench.evaluation.beliefs import cross_validation, fold_training
 from workbench.worlds.procthor.load import load_houses
 from workbench.worlds.shipped import shipped_houses
 
@@ -20,7 +20,7 @@ def test_no_house_is_judged_by_what_learnt_from_it(
 ) -> None:
     learnt: list[set[str]] = []
     judged: list[set[str]] = []
-    train, judge = fold_weights.train, cross_validation.evaluate_estimator
+    train, judge = fold_training.train, cross_validation.evaluate_estimator
 
     def trained(name: str, lesson: TrainingSet, path: Path) -> Any:
         learnt.append({h.plan.name for h in (*lesson.houses, *lesson.held_out)})
@@ -30,7 +30,7 @@ def test_no_house_is_judged_by_what_learnt_from_it(
         judged.append({h.plan.name for h in houses})
         return judge(estimator, houses, **how)
 
-    monkeypatch.setattr(fold_weights, "train", trained)
+    monkeypatch.setattr(fold_training, "train", trained)
     monkeypatch.setattr(cross_validation, "evaluate_estimator", asked)
     assert run(["evaluate", "belief", "--folds", "3", "-e", "counts", "--json"]) == 0
     answer = json.loads(capfd.readouterr().out)
@@ -53,13 +53,13 @@ def test_houses_learnt_from_only_are_in_every_training(
     assert run(made) == 0
     capfd.readouterr()
     sizes: list[int] = []
-    train = fold_weights.train
+    train = fold_training.train
 
     def trained(name: str, lesson: TrainingSet, path: Path) -> Any:
         sizes.append(sum(h.plan.name.startswith("others:") for h in lesson.houses))
         return train(name, lesson, path)
 
-    monkeypatch.setattr(fold_weights, "train", trained)
+    monkeypatch.setattr(fold_training, "train", trained)
     wanted = ["evaluate", "belief", "--folds", "2", "--also", str(lines), "-e", "counts", "--json"]
     assert run(wanted) == 0
     assert sizes == [3, 3], "one of four is held out"

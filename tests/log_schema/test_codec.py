@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sample_logs import T0, toy_events
 
+from workbench.beliefs.asking.answers import Answer
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import BeliefUpdated, FindCostsUpdated
+from workbench.execution.events import BeliefUpdated, EstimatorAnswered, FindCostsUpdated
 from workbench.log_schema.codec import UndecodableMessage, UnknownTopic, decode, encode, to_wire
 from workbench.log_schema.events import REPEATABLE, TOPIC_OF, TOPICS, BeliefUpdate, Stamp, Timing
 from workbench.search.find_costs import FindCosts
@@ -19,7 +20,9 @@ NAMES = st.text(min_size=1, max_size=12)
 
 
 def test_every_event_of_a_run_survives_the_wire():
-    wires = [wire for event in toy_events() for wire in to_wire(event)]
+    asked = Answer(estimator="e@1", model="m", question="where\n?", answer='{"Fridge|1": 1}', seconds=0.123456789)
+    events = (*toy_events(), EstimatorAnswered(stamp_ns=T0, decision=1, answer=asked))
+    wires = [wire for event in events for wire in to_wire(event)]
     for wire in wires:
         topic = TOPIC_OF[type(wire)]
         assert decode(topic, encode(wire)) == wire

@@ -10,13 +10,13 @@ import pytest
 from web_server import web_server
 
 from workbench.remote.path import RemotePath, path_of
-from workbench.remote.reading import BLOCK_BYTES, MOST_AHEAD, open_remote
+from workbench.remote.reading import BLOCK_BYTES, MAX_AHEAD, open_remote
 
 fsspec = pytest.importorskip("fsspec")
 
 
 def test_any_reads_give_the_bytes_of_the_file(tmp_path: Path) -> None:
-    data = random.Random(0).randbytes(3 * BLOCK_BYTES * MOST_AHEAD // 2 + 7)
+    data = random.Random(0).randbytes(3 * BLOCK_BYTES * MAX_AHEAD // 2 + 7)
     fsspec.filesystem("memory").pipe("/reading/data", data)
     chance = random.Random(1)
     local = io.BytesIO(data)

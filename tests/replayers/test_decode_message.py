@@ -65,3 +65,23 @@ def test_fields_that_are_zero_are_shown_as_zero(log: Path, capsys: pytest.Captur
     assert isinstance(pose, dict)
     assert pose["frame_id"] == ""
     assert pose["pose"]["orientation"] == {"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0}
+
+
+def test_messages_in_other_encapsulations_are_named_and_not_misread(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """In XCDR2 a float64 stands on a multiple of four bytes; read as plain CDR, the long message would give 0.0."""
+    fields = b"\x07\0\0\0" + b"\0\0\0\0\0\0\x04\x40" + bytes(8)
+    with McapWriter(tmp_path / "a.mcap") as writer:
+        channel = writer.add_channel("/d", "cdr", writer.add_schema("odd/msg/D", "ros2msg", b"int32 n\nfloat64 x\n"))
+        for head in (b"\0\x07\0\0", b"\0\x09\0\0", b"\0\x03\0\0", b"\x01\x01\0\0", b"\0"):
+            writer.add_message(channel, head + fields * (len(head) > 1), log_time=1)
+        writer.add_message(channel, b"\0\x01\0\0\x07\0\0\0" + bytes(4) + b"\0\0\0\0\0\0\x04\x40", log_time=1)
+        wide = writer.add_channel("/w", "cdr", writer.add_schema("odd/msg/W", "ros2msg", b"wstring name\n"))
+        writer.add_message(wide, b"\0\x01\0\0\x01\0\0\0K\0", log_time=1)
+    *others, plain, wide = _cat(tmp_path / "a.mcap", capsys)
+    reasons = [other["undecodable"] for other in others]  # pyright: ignore
+    for reason, name in zip(reasons, ("XCDR2 (0x0007)", "XCDR2, delimited (0x0009)", "parameter lists", "unknown", "1 bytes"), strict=True):  # fmt: skip # noqa: E501
+        assert name in reason, reason
+    assert plain == {"n": 7, "x": 2.5}
+    assert "wstring" in wide["undecodable"]  # pyright: ignore

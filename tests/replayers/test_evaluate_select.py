@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from replayers.evaluation.selection_experiment import best_in_hindsight, campaigns, check_eliminations, selector_rows
+from replayers.evaluation.selection_experiment import all_checks, campaigns, check_eliminations, selector_rows
 from replayers.evaluation.selection_pool import PoolTrial, read_pool, write_pool
 from replayers.selection.trial_costs import TrialCosts
 from workbench.cli import run as lios
@@ -43,10 +43,13 @@ def drawn_pool(count: int) -> tuple[PoolTrial, ...]:
 def test_intervals_pay_less_than_bandits() -> None:
     pool = drawn_pool(30)
     made = list(campaigns(pool, trials=20, seeds=range(6)))
-    rows = selector_rows(made, lambda seed: best_in_hindsight(pool, trials=20, seed=seed), seed=0)
+    rows = selector_rows(made, seed=0)
     regret = {row.selector: row.regret.value for row in rows}
     assert regret["intervals"] < 0.5 * min(regret["ucb1"], regret["thompson"])
-    assert rows[0].share_of["ucb1"] == pytest.approx(regret["intervals"] / regret["ucb1"])
+    share = rows[0].share_of["ucb1"]
+    assert share is not None
+    assert share.value == pytest.approx(regret["intervals"] / regret["ucb1"])
+    assert share.lower < share.value < share.upper < 1
     again = list(campaigns(pool, trials=20, seeds=range(6)))
     assert [c.driven for c in again] == [c.driven for c in made]
 
@@ -55,6 +58,16 @@ def test_eliminations_are_checked_against_the_truth() -> None:
     check = check_eliminations(drawn_pool(10), trials=10, count=40, seed=0, sequences=5)
     assert check.wrong_by_proof == 0
     assert check.by_proof > 0.2
+
+
+def test_pools_count_together_and_their_seeds_are_told_apart() -> None:
+    pools = [drawn_pool(12), drawn_pool(12)[::-1]]
+    made = [c for k, pool in enumerate(pools) for c in campaigns(pool, trials=10, seeds=range(4), number=k)]
+    together, first = selector_rows(made, seed=0), selector_rows([c for c in made if c.pool == 0], seed=0)
+    assert together[0].regret.clusters == 8
+    assert first[0].regret.clusters == 4
+    both = all_checks([check_eliminations(p, trials=5, count=7, seed=0, sequences=2) for p in pools])
+    assert both.campaigns == 14
 
 
 def test_an_elimination_that_is_wrong_is_found() -> None:
@@ -93,6 +106,10 @@ def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp
     assert (tmp_path / "out" / "regret.png").exists()
     assert lios([*wish, "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == first  # from the pool that was kept
+    assert [row["pool"] for row in first["pools"]] == [0]
+    assert lios([*wish, "--pools", "2"]) == 0
+    assert "pool by pool" in capsys.readouterr().out
+    assert (tmp_path / "out" / "pool-1.jsonl").exists()
     assert lios([*wish[:-4], "-s", "greedy,model-lios", "-o", str(tmp_path / "out")]) == 2
 
 

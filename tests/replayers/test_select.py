@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from shutil import copy
 
 import pytest
 
@@ -11,6 +12,21 @@ from workbench.cli import run as lios
 
 LOGS = Path(__file__).resolve().parents[2] / "logs"
 FINDS = [str(LOGS / f"find-{name}.mcap") for name in ("greedy", "lios", "conditioned-lios")]
+BREAKS = """
+from workbench.planning.strategies import strategy
+
+
+class Some:
+    name = "some"
+
+    def relevant_types(self, task):
+        return strategy("model-lios").relevant_types(task)
+
+    def decide(self, view):
+        if view.task.scenario == "find":
+            raise RuntimeError("no idea")
+        return strategy("model-lios").decide(view)
+"""
 QUICK = ["-s", "greedy,lios", "--worlds", "10"]
 
 
@@ -42,6 +58,50 @@ def test_tables_say_what_to_drive_and_why(capsys: pytest.CaptureFixture[str], tm
     assert "drive next" in shown.out
     assert "On the trials so far it cost at most" in shown.out
     assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_kinds_of_trial_are_told_apart_in_words(capsys: pytest.CaptureFixture[str]) -> None:
+    assert lios(["select", FINDS[0], str(LOGS / "spot-home-D.mcap"), *QUICK]) == 0
+    said = capsys.readouterr()
+    assert "These logs are of 2 kinds of trial; each has its own answer" in said.err
+    assert "find, in simulation: 1 trial in 1 place" in said.out
+    assert "deliver-2, by spot: 1 trial in 1 place" in said.out
+
+
+@pytest.mark.slow
+def test_a_strategy_that_breaks_on_some_logs_proves_nothing_there(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "breaks_on_some.py").write_text(BREAKS)
+    monkeypatch.chdir(tmp_path)
+    wish = ["select", *FINDS[:2], str(LOGS / "spot-home-D.mcap"), "-s", "breaks_on_some:Some,lios", "--worlds", "5"]
+    assert lios([*wish, "--json"]) == 0
+    groups = {group["group"]: group for group in json.loads(capsys.readouterr().out)["groups"]}
+    (broke,) = groups["find, in simulation"]["broke"]
+    assert broke["strategy"] == "some"
+    assert broke["logs"] == ["find-greedy.mcap", "find-lios.mcap"]
+    assert "no idea" in broke["reason"]
+    assert groups["find, in simulation"]["next"] == "model-lios"
+    assert groups["find, in simulation"]["after"][-1]["by_proof"] == []
+    assert groups["deliver-2, by spot"]["broke"] == []
+    assert lios(wish) == 0
+    said = capsys.readouterr()
+    assert "note: some broke on 2 of 2 logs; it counts as failed there" in said.err
+    assert "nothing bounds" in said.out
+
+
+def test_logs_that_cannot_be_read_are_left_out_in_one_line_each(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    copy(FINDS[0], tmp_path)
+    (tmp_path / "junk.mcap").write_bytes(b"hello")
+    (tmp_path / "cut.mcap").write_bytes(Path(FINDS[1]).read_bytes()[:3000])
+    assert lios(["select", str(tmp_path), *QUICK]) == 3
+    left_out = [line for line in capsys.readouterr().err.splitlines() if line.startswith("left out: ")]
+    assert len(left_out) == 2
+    assert "junk.mcap: it is no MCAP file" in left_out[1]
+    assert lios(["select", str(tmp_path / "junk.mcap"), *QUICK]) == 2
+    assert "no log can be compared" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

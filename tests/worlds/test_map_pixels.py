@@ -1,7 +1,8 @@
 """Maps are read as ROS 2's map_server reads them, pixel by pixel.
 
-The values of the table follow loadMapFromFile in nav2_map_server/src/map_io.cpp by hand; a pixel's shade is the mean
-of its colours, its occupancy 1 - shade, or shade when negate is set.
+The values of the table follow loadMapFromFile in nav2_map_server/src/map_io.cpp by hand, in two columns: until
+navigation2's pull request 5071 of April 2025 (Humble, Iron, Jazzy), and since. A pixel's shade is the mean of its
+colours, and since then its luma in 8 bits; its occupancy is 1 - shade, or shade when negate is set.
 """
 
 from __future__ import annotations
@@ -13,47 +14,70 @@ import pytest
 from PIL import Image
 
 from workbench.errors import MalformedFile
-from workbench.worlds.sites.map_pixels import MapMode, PixelRules, cell_values, grey_pixels
-from workbench.worlds.sites.ros_map import read_map
+from workbench.worlds.sites.map_pixels import (
+    MapMode,
+    PixelRules,
+    cell_values,
+    cell_values_since_2025,
+    grey_pixels,
+)
+from workbench.worlds.sites.ros_map import read_map, read_survey_map
 
 NEW, OLD = (0.65, 0.25), (0.65, 0.196)
 """occupied_thresh and free_thresh of today's savers and of map_saver in ROS 1."""
 
-TABLE: list[tuple[str, object, MapMode, bool, tuple[float, float], int]] = [
+Row = tuple[str, object, MapMode, bool, tuple[float, float], int, int]
+TABLE: list[Row] = [
     # 205 has an occupancy of 50/255 = 0.19608
-    ("L", 205, "trinary", False, OLD, -1),
-    ("L", 205, "trinary", False, NEW, 0),
-    ("L", 0, "trinary", False, OLD, 100),
-    ("L", 254, "trinary", False, OLD, 0),
-    ("L", 254, "trinary", True, OLD, 100),
-    ("L", 0, "trinary", True, OLD, 0),
-    ("L", 51, "trinary", False, (0.8, 0.2), -1),  # neither above nor below a threshold it equals
-    ("L", 0, "trinary", False, (1.0, 0.2), -1),  # 1.0 is not above 1.0
-    ("RGB", (255, 0, 0), "trinary", False, OLD, 100),  # occupancy 2/3
-    ("RGB", (255, 255, 0), "trinary", False, OLD, -1),  # 1/3
-    ("RGBA", (0, 0, 0, 255), "trinary", False, (0.8, 0.25), -1),  # alpha is averaged in: occupancy 3/4
-    ("RGBA", (255, 255, 255, 0), "trinary", False, (0.65, 0.25), -1),  # occupancy 1/4
-    ("LA", (255, 255), "trinary", False, OLD, 0),
-    ("1", 1, "trinary", False, OLD, 0),
-    ("I;16", 20, "trinary", False, OLD, 100),  # 20 of 65535, nearly black
-    ("I;16", 65535, "trinary", False, OLD, 0),
-    ("L", 128, "scale", False, (0.9, 0.1), 50),  # (127/255 - 0.1) / 0.8 = 0.4975
-    ("L", 205, "scale", False, OLD, 0),  # (0.19608 - 0.196) / 0.454 rounds to 0
-    ("L", 0, "scale", False, OLD, 100),
-    ("LA", (255, 254), "scale", False, OLD, -1),  # not wholly opaque
-    ("LA", (0, 255), "scale", False, OLD, 100),
-    ("L", 0, "raw", False, OLD, 0),
-    ("L", 100, "raw", False, OLD, 100),
-    ("L", 101, "raw", False, OLD, -1),
-    ("L", 255, "raw", False, OLD, -1),
-    ("L", 100, "raw", True, OLD, 100),  # negate has no effect
-    ("I;16", 100 * 257, "raw", False, OLD, 100),
+    ("L", 205, "trinary", False, OLD, -1, -1),
+    ("L", 205, "trinary", False, NEW, 0, 0),
+    ("L", 0, "trinary", False, OLD, 100, 100),
+    ("L", 254, "trinary", False, OLD, 0, 0),
+    ("L", 254, "trinary", True, OLD, 100, 100),
+    ("L", 0, "trinary", True, OLD, 0, 0),
+    ("L", 51, "trinary", False, (0.8, 0.2), -1, 100),  # equals a threshold: 0.8 is occupied since 2025
+    ("L", 204, "trinary", False, (0.8, 0.2), 0, 0),  # 1.0 - 0.8 is below 0.2 by a rounding
+    ("L", 0, "trinary", False, (1.0, 0.2), -1, 100),  # 1.0 is not above 1.0
+    ("L", 255, "trinary", False, (0.65, 0.0), -1, 0),
+    ("RGB", (255, 0, 0), "trinary", False, OLD, 100, 100),  # occupancy 2/3; by luma 1 - 76/255 = 0.70
+    ("RGB", (255, 255, 0), "trinary", False, OLD, -1, 0),  # 1/3; by luma 1 - 226/255 = 0.11
+    ("RGB", (0, 255, 0), "trinary", False, OLD, 100, -1),  # 2/3; by luma 1 - 150/255 = 0.41
+    ("RGB", (0, 0, 255), "trinary", False, OLD, 100, 100),
+    ("RGBA", (0, 0, 0, 255), "trinary", False, (0.8, 0.25), -1, 100),  # alpha averaged in: 3/4; since, it is opaque
+    ("RGBA", (255, 255, 255, 0), "trinary", False, (0.65, 0.25), -1, -1),  # occupancy 1/4; since, transparent
+    ("RGBA", (255, 255, 255, 254), "trinary", False, OLD, 0, -1),
+    ("RGBA", (0, 0, 0, 0), "trinary", False, OLD, 100, -1),
+    ("LA", (255, 255), "trinary", False, OLD, 0, 0),
+    ("1", 1, "trinary", False, OLD, 0, 0),
+    ("I;16", 20, "trinary", False, OLD, 100, 100),  # 20 of 65535, nearly black
+    ("I;16", 65535, "trinary", False, OLD, 0, 0),
+    ("I;16", 52600, "trinary", False, OLD, -1, -1),  # occupancy 0.1974
+    ("L", 128, "scale", False, (0.9, 0.1), 50, 50),  # (127/255 - 0.1) / 0.8 = 0.4975
+    ("L", 205, "scale", False, OLD, 0, 0),  # (0.19608 - 0.196) / 0.454 rounds to 0
+    ("L", 0, "scale", False, OLD, 100, 100),
+    ("L", 0, "scale", True, OLD, 0, 0),
+    ("LA", (255, 254), "scale", False, OLD, -1, -1),  # not wholly opaque
+    ("LA", (0, 255), "scale", False, OLD, 100, 100),
+    ("L", 0, "raw", False, OLD, 0, 0),
+    ("L", 100, "raw", False, OLD, 100, 100),
+    ("L", 101, "raw", False, OLD, -1, -1),
+    ("L", 200, "raw", False, OLD, -1, -1),
+    ("L", 255, "raw", False, OLD, -1, -1),
+    ("L", 100, "raw", True, OLD, 100, 100),  # negate has no effect
+    ("I;16", 100 * 257, "raw", False, OLD, 100, 100),
 ]
 
 
-@pytest.mark.parametrize(("kind", "pixel", "mode", "negate", "thresholds", "value"), TABLE)
+@pytest.mark.parametrize(("kind", "pixel", "mode", "negate", "thresholds", "value", "since_2025"), TABLE)
 def test_a_pixel_has_the_value_that_map_server_gives_it(
-    kind: str, pixel: object, mode: MapMode, negate: bool, thresholds: tuple[float, float], value: int, tmp_path: Path
+    kind: str,
+    pixel: object,
+    mode: MapMode,
+    negate: bool,
+    thresholds: tuple[float, float],
+    value: int,
+    since_2025: int,
+    tmp_path: Path,
 ) -> None:
     picture = Image.new(kind, (1, 1))
     picture.putpixel((0, 0), pixel)  # pyright: ignore[reportArgumentType]
@@ -61,6 +85,18 @@ def test_a_pixel_has_the_value_that_map_server_gives_it(
     rules = PixelRules(mode=mode, negate=negate, occupied_thresh=thresholds[0], free_thresh=thresholds[1])
     with Image.open(tmp_path / "map.png") as read:
         assert cell_values(grey_pixels(read), rules).tolist() == [[value]]
+        assert cell_values_since_2025(grey_pixels(read), rules).tolist() == [[since_2025]]
+
+
+def test_cells_that_releases_read_differently_are_counted(tmp_path: Path) -> None:
+    """One of six pixels is transparent: for an older map_server a bright grey, for a newer one unknown."""
+    picture = Image.new("RGBA", (3, 2), (255, 255, 255, 255))
+    picture.putpixel((1, 1), (255, 255, 255, 100))
+    file = written(tmp_path)
+    picture.save(tmp_path / "map.png")
+    file.write_text(file.read_text().replace("map.pgm", "map.png"))
+    assert read_survey_map(file).read_otherwise == 1
+    assert read_survey_map(written(tmp_path)).read_otherwise == 0
 
 
 def test_indexed_images_are_read_by_their_colours_not_their_indices(tmp_path: Path) -> None:

@@ -148,6 +148,8 @@ def test_measured_travel_costs_from_a_csv_with_a_place_that_nobody_reaches(tmp_p
         (("item: Mug|1", "item: start"), "start is the id of a location and of an item"),
         (("size_m: [0.7, 0.7, 1.8]", "size_m: [0.7, -0.7, 1.8]"), r"\$.containers\[0\].size_m\[1\]"),
         (("waypoint: a", "way_point: a"), "way_point"),
+        (("type: Mug}", "type: Mug, size_m: 0}"), r"size_m"),
+        (("lios_site: 1", "lios_site: 1\ndetector: {kind: alvar}"), r"\$.detector.kind"),
         (("lios_site: 1", "lios_site: 9"), "version 9"),
         (("x_m: 1.0, y_m: 1.0", "x_m: oops, y_m: 1.0"), r"\$.start.x_m"),
         (("x_m: 1.0, y_m: 1.0", "x_m: .nan, y_m: 1.0"), r"."),
@@ -229,6 +231,13 @@ def surveyed(folder: Path, start: str, *, free_thresh: float = 0.196) -> Site:
     )
     text = ROOM.replace("start: {x_m: 1.0, y_m: 1.0}", f"start: {start}") + "map: map.yaml\n"
     return load_site(written(folder, text))
+
+
+def test_small_tags_need_another_detector_than_the_robots(tmp_path: Path) -> None:
+    small = ROOM.replace("type: Mug}", "type: Mug, size_m: 0.04}") + MEASURED
+    for more, warned in (("", True), ("detector: {kind: opencv}\n", False)):
+        found = check_site(load_site(written(tmp_path, small + more)))
+        assert any("too small for Spot's own detector" in one.what for one in found) is warned
 
 
 def test_unsurveyed_grey_that_the_thresholds_call_free_is_a_warning_with_the_number_of_cells(tmp_path: Path) -> None:

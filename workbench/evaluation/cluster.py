@@ -1,19 +1,26 @@
-"""Runs units of work on a Dask cluster, with retries, and with a word while no worker is there."""
+"""Runs units of work in this process, on processes of this machine or on a Dask cluster; results are always the same.
+
+On a cluster units of workers that died are run again, and while no worker is there the command says so and waits.
+"""
 
 from __future__ import annotations
 
 import logging
 import os
 import threading
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import CancelledError
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
 from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from itertools import islice
 from multiprocessing import current_process
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from workbench import __version__
 from workbench.errors import Failed, InputError, MissingExtra
+from workbench.process_pool import process_pool
 from workbench.terminal import say
 
 Unit = TypeVar("Unit")
@@ -23,6 +30,12 @@ RETRIES = 5
 """Number of retries of a unit whose worker died."""
 LOOK_EVERY_S = 5.0
 """How often it is asked whether there are workers."""
+AHEAD_A_WORKER = 3
+"""Units that wait for each worker, which bounds what is held of many."""
+NOT_INSTALLED = "0.0.0"
+"""The version of a source tree that was never installed."""
+LEAST_AHEAD = 64
+"""On a cluster, units that are handed out at least: workers may come later."""
 
 
 class ClusterLost(Failed):
@@ -62,8 +75,43 @@ class FolderNotShared(InputError):
         super().__init__(f"a Dask worker has no folder {folder}: files and planners must be in a shared one.")
 
 
+class Workforce(NamedTuple):
+    """Who does the work: processes here, or a Dask cluster: the arguments of run_in_order."""
+
+    workers: int = 1
+    scheduler: str = ""
+
+
+def run_in_order(
+    work: Callable[[Unit], Result], units: Iterable[Unit], *, workers: int = 1, scheduler: str = ""
+) -> Iterator[Result]:
+    """Yield the results of all units in their order, for any number of workers. Units are taken as they are needed.
+
+    Args:
+        work: a function of a module; units and results are pickled where other processes work.
+        workers: number of processes; 1 works in this one.
+        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
+
+    Raises:
+        As on_cluster, with a scheduler.
+    """
+    if scheduler:
+        yield from in_order_on_cluster(work, units, scheduler=scheduler, workers=workers)
+    elif workers <= 1:
+        yield from map(work, units)
+    else:
+        with one_thread_each(), process_pool(workers) as pool:
+            waiting: deque[Future[Result]] = deque()
+            for unit in units:
+                waiting.append(pool.submit(work, unit))
+                if len(waiting) >= workers * AHEAD_A_WORKER:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+
+
 def in_order_on_cluster(
-    work: Callable[[Unit], Result], units: Sequence[Unit], *, scheduler: str, workers: int
+    work: Callable[[Unit], Result], units: Iterable[Unit], *, scheduler: str, workers: int
 ) -> Iterator[Result]:
     """Yield the results of all units in their order; as on_cluster otherwise.
 
@@ -92,7 +140,7 @@ def _in_folder(folder: str, work: Callable[[Unit], Result], unit: Unit) -> Resul
 
 
 def on_cluster(
-    work: Callable[[Unit], Result], units: Sequence[Unit], *, scheduler: str, workers: int
+    work: Callable[[Unit], Result], units: Iterable[Unit], *, scheduler: str, workers: int
 ) -> Iterator[tuple[int, Result]]:
     """Yield each unit's index and result, in the order of completion.
 
@@ -117,19 +165,51 @@ def on_cluster(
         _client(distributed, scheduler, workers) as client,
         _told_without_workers(client, scheduler),
     ):
-        futures = [client.submit(partial(_worked, work), unit, pure=False, retries=RETRIES) for unit in units]
-        index = {future.key: i for i, future in enumerate(futures)}
-        for future in distributed.as_completed(futures):
+        _require_same_version(client, scheduler)
+        numbered = enumerate(units)
+
+        def handed_out(count: int) -> list[Any]:
+            return [hand_out(number, unit) for number, unit in islice(numbered, count)]
+
+        def hand_out(number: int, unit: Unit) -> Any:
+            future = client.submit(partial(_worked, work), unit, pure=False, retries=RETRIES)
+            index[future.key] = number
+            return future
+
+        index: dict[str, int] = {}
+        done = distributed.as_completed(handed_out(max(LEAST_AHEAD, AHEAD_A_WORKER * _threads(client))))
+        for future in done:
             try:
-                version, worker, result = future.result()
+                found, worker, result = future.result()
             except lost as error:
                 logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it would log every unit
                 raise ClusterLost(scheduler, error) from error
             except ImportError as error:
                 raise NotInstalledThere(scheduler, error) from error
-            if version != __version__:
-                raise OtherVersion(worker, version)
-            yield index[future.key], result
+            if found != __version__:
+                raise OtherVersion(worker, found)
+            done.update(handed_out(1))
+            yield index.pop(future.key), result
+
+
+def _threads(client: Any) -> int:
+    return sum(client.nthreads().values())
+
+
+def _require_same_version(client: Any, scheduler: str) -> None:
+    """Asks the workers that are there; those that come later tell with each result.
+
+    The question is a function of the standard library: it means the same to every version.
+    """
+    try:
+        found: dict[str, str] = client.run(version, "lios-workbench")
+    except PackageNotFoundError as error:
+        if __version__ == NOT_INSTALLED:
+            return
+        raise NotInstalledThere(scheduler, error) from error
+    for worker, there in found.items():
+        if there != __version__:
+            raise OtherVersion(worker, there)
 
 
 def _worked(work: Callable[[Unit], Result], unit: Unit) -> tuple[str, str, Result]:

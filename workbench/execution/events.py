@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from workbench.beliefs.asking.answers import Answer
 from workbench.beliefs.belief import Belief
 from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import Decision
@@ -34,6 +35,8 @@ class RunStatus(StrEnum):
     ABORTED = "aborted"
     """The run was stopped by an operator or a robot fault."""
     STEP_LIMIT = "step-limit"
+    ESTIMATOR_FAILED = "estimator-failed"
+    """The estimator raised an exception, hung, or gave no belief."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,6 +79,15 @@ class ContainerObserved:
     support: str = ""
     opened_by: str = ""
     look: LookMade | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EstimatorAnswered:
+    """What an estimator asked and was answered, once a run; seconds are those of when it was asked."""
+
+    stamp_ns: int
+    decision: int
+    answer: Answer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,4 +155,4 @@ class RunEnded:
     unseen: ContainerId | None = None
 
 
-Event = ContainerObserved | BeliefUpdated | FindCostsUpdated | PlanMade | ActionEnded | RunEnded
+Event = ContainerObserved | EstimatorAnswered | BeliefUpdated | FindCostsUpdated | PlanMade | ActionEnded | RunEnded

@@ -11,12 +11,14 @@ import time
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
-from workbench.beliefs.after_looks import after_looks
 from workbench.beliefs.belief import Estimator
+from workbench.beliefs.guarded_estimator import EstimatorFailed
+from workbench.execution.believing import Believing
 from workbench.execution.events import (
     ActionEnded,
     BeliefUpdated,
     ContainerObserved,
+    EstimatorAnswered,
     Event,
     FindCostsUpdated,
     LookMade,
@@ -29,7 +31,6 @@ from workbench.execution.legality import Legality, legality
 from workbench.execution.looking_again import worth_another_look
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
-from workbench.planning.scenarios.added_items import believe_scenario_items
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.planning.warm import warm_up
@@ -115,6 +116,7 @@ class _Run:
     options: LoopOptions
     perception: Perception = PERFECT
     knowledge: Knowledge = field(init=False)
+    believing: Believing = field(init=False)
     decision: int = 0
     steps: int = 0
     searches: int = 0
@@ -126,6 +128,7 @@ class _Run:
     reason: str = "start"
 
     def events(self) -> Iterator[Event]:
+        self.believing = Believing(self.estimator, self.task, self.perception)
         yield from self._start()
         while self.ended is None:
             if is_met(self.task.goal, self.knowledge):
@@ -165,10 +168,11 @@ class _Run:
         self.knowledge = self.knowledge.with_another_look_at(again)
         began = self.options.stopwatch()
         believed_types = self.strategy.relevant_types(self.task)
-        belief = believe_scenario_items(
-            self.estimator.believe(self.knowledge, believed_types), self.task, self.knowledge.plan
-        )
-        belief = after_looks(belief, self.knowledge, self.perception)
+        try:
+            belief = self.believing.belief(self.knowledge, believed_types)
+        except EstimatorFailed as error:
+            self._end(RunStatus.ESTIMATOR_FAILED, str(error))
+            return
         believed = self.options.stopwatch()
         made = self.strategy.decide(
             View(
@@ -184,6 +188,8 @@ class _Run:
         planned = self.options.stopwatch()
         self.planning_s += planned - began
         stamp = self.world.now_ns()
+        for answer in self.believing.new_answers(self.knowledge, believed_types):
+            yield EstimatorAnswered(stamp_ns=stamp, decision=self.decision, answer=answer)
         yield BeliefUpdated(stamp_ns=stamp, decision=self.decision, belief=belief)
         if made.find_costs is not None:
             yield FindCostsUpdated(stamp_ns=stamp, decision=self.decision, find_costs=made.find_costs)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
+from workbench.beliefs.memory.memory import Memory
+from workbench.beliefs.memory.remembering import remembering
 from workbench.execution.events import Event
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import strategy as strategy_named
@@ -57,12 +59,14 @@ def set_up(
     seed: int = 0,
     house: House | None = None,
     perception: Perception = PERFECT,
+    memory: Memory | None = None,
 ) -> RunSetup:
     """Resolve the names that a user gives; what is given itself is taken as it is.
 
     Args:
         house: the truth, for the oracle alone.
         perception: as in RunSetup.
+        memory: of earlier runs, by which the estimator goes as well.
 
     Raises:
         UnknownName, NotFromLog, PluginNotLoaded, MissingExtra: as `strategy` and `estimator`.
@@ -71,4 +75,5 @@ def set_up(
         strategy = strategy_named(strategy, origin=NameOrigin.USER, house=house)
     if isinstance(estimator, str):
         estimator = estimator_named(estimator, origin=NameOrigin.USER)
+    estimator = remembering(estimator, memory)
     return RunSetup(task=task, strategy=strategy, estimator=estimator, costs=costs, seed=seed, perception=perception)

@@ -22,6 +22,7 @@ from workbench.execution.events import (
     ActionEnded,
     BeliefUpdated,
     ContainerObserved,
+    EstimatorAnswered,
     Event,
     FindCostsUpdated,
     LookMade,
@@ -33,6 +34,7 @@ from workbench.log_schema.events import (
     ActionFinished,
     BeliefUpdate,
     DomainEvent,
+    EstimatorAnswer,
     FindCosts,
     GroundTruth,
     HowLooked,
@@ -128,6 +130,21 @@ def _(event: ContainerObserved) -> tuple[DomainEvent, ...]:
         look=None if event.look is None else _how_looked(event.look),
     )
     return (seen,)
+
+
+@to_wire.register
+def _(event: EstimatorAnswered) -> tuple[DomainEvent, ...]:
+    answer = event.answer
+    asked = EstimatorAnswer(
+        stamp=Stamp.of(event.stamp_ns),
+        decision=event.decision,
+        estimator=answer.estimator,
+        model=answer.model,
+        question=answer.question,
+        answer=answer.answer,
+        seconds=_rounded(answer.seconds),
+    )
+    return (asked,)
 
 
 @to_wire.register

@@ -97,6 +97,19 @@ class BeliefUpdate(msgspec.Struct, frozen=True, kw_only=True):
             raise ValueError(f"probability is not of {rows} item types in {columns} containers")
 
 
+class EstimatorAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """What an estimator asked and was answered (a language model, say), before the belief that rests on it; each
+    question once a run. seconds: how long the answer took when it was asked for."""
+
+    stamp: Stamp
+    decision: int
+    estimator: str
+    model: str
+    question: str
+    answer: str
+    seconds: float = 0.0
+
+
 class FindCosts(msgspec.Struct, frozen=True, kw_only=True):
     """metres[i][j][k]: finding item_types[i] from origins[j], carried to targets[k]."""
 
@@ -238,7 +251,7 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     source: str = "simulation"
     """simulation, spot, import, or replay."""
     origin_run: str = ""
-    """For a replay: the run id of the source log."""
+    """For a replay: the run id of the source log. For a run that goes on from an interrupted one: its run id."""
     origin_sha256: str = ""
     code_version: str = ""
     code_revision: str = ""
@@ -248,7 +261,16 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 
 DomainEvent = (
-    Observation | BeliefUpdate | FindCosts | PlanComputed | Timing | ActionFinished | Outcome | GroundTruth | Dropped
+    Observation
+    | EstimatorAnswer
+    | BeliefUpdate
+    | FindCosts
+    | PlanComputed
+    | Timing
+    | ActionFinished
+    | Outcome
+    | GroundTruth
+    | Dropped
 )
 
 TRUTH_TOPIC = "/search/truth"
@@ -258,6 +280,7 @@ POSE_TOPIC = "/robot/pose"
 TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
     {
         "/search/observation": Observation,
+        "/search/answer": EstimatorAnswer,
         "/search/belief": BeliefUpdate,
         "/search/find_cost": FindCosts,
         "/search/plan": PlanComputed,
@@ -275,7 +298,7 @@ Wire = TypeVar("Wire", bound=msgspec.Struct)
 
 TOPIC_OF: Mapping[type[msgspec.Struct], str] = MappingProxyType({cls: topic for topic, cls in TOPICS.items()})
 
-REPEATABLE = tuple(topic for topic in TOPICS if topic not in ("/search/timing", "/recorder/dropped"))
+REPEATABLE = tuple(t for t in TOPICS if t not in ("/search/timing", "/search/answer", "/recorder/dropped"))
 """Topics whose bytes are the same for the same seed."""
 
 

@@ -8,13 +8,7 @@ isolate it further, in a process of its own: replayers/counterfactual/sandbox.py
 from __future__ import annotations
 
 import math
-import signal
-import sys
-import threading
-from collections.abc import Callable, Generator
-from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
-from types import FrameType
 from typing import Any, cast, final
 
 from workbench.debugging import show_traceback
@@ -22,9 +16,8 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategy import Alternative, Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.search.find_costs import FindCosts, SearchStop
+from workbench.third_party.calls import TimeLimitReached, exception_text, redirected_and_timed
 from workbench.worlds.house import ItemType
-
-MAX_TIME_LIMIT_S = 86_400.0
 
 
 @final
@@ -56,9 +49,9 @@ class GuardedStrategy:
         """The item types that the strategy wants beliefs about; empty if it fails to say."""
         self.fault = None
         try:
-            with _redirected_and_timed(task.budget_s):
+            with redirected_and_timed(task.budget_s):
                 types: object = self.strategy.relevant_types(task)
-        except _TimeLimitReached:
+        except TimeLimitReached:
             self.fault = f"it did not say within {task.budget_s:g} s which item types matter"
             return ()
         except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
@@ -74,9 +67,9 @@ class GuardedStrategy:
         if self.fault is not None:
             return _without_plan(PlanStatus.SOLVER_FAILED, self.fault, self.name)
         try:
-            with _redirected_and_timed(view.budget_s):
+            with redirected_and_timed(view.budget_s):
                 made: object = self.strategy.decide(view)
-        except _TimeLimitReached:
+        except TimeLimitReached:
             why = f"{self.name} made no decision within the planning budget"
             return _without_plan(PlanStatus.TIMED_OUT, why, self.name)
         except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
@@ -142,40 +135,5 @@ def _type_text(thing: object) -> str:
     return "nothing" if thing is None else f"of type {type(thing).__name__}"
 
 
-def exception_text(error: BaseException) -> str:
-    """An exception of third-party code as one line of text."""
-    return f"it raised {type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
-
-
 def _without_plan(status: PlanStatus, why: str, solver: str) -> Decision:
     return Decision(plan=Plan(status=status, note=why, solver=solver))
-
-
-class _TimeLimitReached(BaseException):
-    """Raised in third-party code when its time is up; a BaseException, so that `except Exception` does not catch
-    it."""
-
-
-@contextmanager
-def _redirected_and_timed(budget_s: float) -> Generator[None]:
-    """Redirect prints to standard error and raise _TimeLimitReached when the time is up."""
-    with redirect_stdout(sys.stderr), _time_limit(budget_s):
-        yield
-
-
-@contextmanager
-def _time_limit(seconds: float) -> Generator[None]:
-    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
-        yield
-        return
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        raise _TimeLimitReached
-
-    before: Callable[[int, FrameType | None], Any] | int | None = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, min(max(seconds, 0.001), MAX_TIME_LIMIT_S))
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)

@@ -10,7 +10,9 @@ from functools import cache
 
 import numpy as np
 
+from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
 from workbench.beliefs.belief import Belief, Estimator
+from workbench.beliefs.guarded_estimator import GuardedEstimator
 from workbench.planning.strategy import View
 from workbench.planning.tasks import Delivered, Task
 from workbench.search.costs import SIMULATION_COSTS
@@ -21,10 +23,12 @@ from workbench.worlds.knowledge import Knowledge
 def warm_up(knowledge: Knowledge, estimator: Estimator, item_types: tuple[ItemType, ...]) -> None:
     """Compute a belief and a plan once for the current house, and discard the results.
 
-    Runs once per estimator and process; further calls do nothing.
+    Runs once per estimator and process; further calls do nothing. An estimator from outside is not asked: its answer
+    may cost something, and its time counts.
     """
     if estimator.name not in _warmed_estimators() and knowledge.unsearched:
-        estimator.believe(knowledge, item_types)
+        if not isinstance(estimator, AnsweredEstimator | GuardedEstimator):
+            estimator.believe(knowledge, item_types)
         _warmed_estimators().add(estimator.name)
         _plan_once(knowledge)
 

@@ -116,7 +116,7 @@ class RemotePath(type(Path())):
     def is_file(self, *, follow_symlinks: bool = True) -> bool:
         return self._type() == "file"
 
-    def _type(self) -> str:
+    def _type(self) -> str | None:
         from workbench.errors import FileMissing
 
         try:
@@ -125,7 +125,7 @@ class RemotePath(type(Path())):
             # A bucket without an object is no key of a store, and still a place that can be listed.
             files = self.filesystem()
             with self._in_words():
-                return "directory" if self.protocol not in WEB and files.isdir(str(self)) else ""
+                return "directory" if self.protocol not in WEB and files.isdir(str(self)) else None
 
     def stat(self, *, follow_symlinks: bool = True) -> os.stat_result:
         """Its size; the times are 0, since stores give them in many forms.

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import io
-from collections import OrderedDict
 from typing import Any, final
 
+from workbench.caches import Cache
 from workbench.remote.errors import BrokenOff, NoRanges, Unreachable, in_words, outside_errors
 from workbench.remote.path import RemotePath
 
 BLOCK_BYTES = 16 << 10
 TAIL_BLOCKS = 4
 """How much is read at once of the end of a file, where the index of a log stands."""
-MOST_AHEAD = 512
+MAX_AHEAD = 512
 """Most blocks of one request: 8 MiB."""
-MOST_KEPT = 4096
+MAX_KEPT = 4096
 """Most blocks that are kept: 64 MiB."""
 
 
@@ -49,7 +49,7 @@ class RemoteFile(io.BufferedIOBase):
         self._source, self._path = source, path
         self._size = _size_of(source, path)
         self._at = 0
-        self._blocks: OrderedDict[int, bytes] = OrderedDict()
+        self._blocks: Cache[int, bytes] = Cache(MAX_KEPT)
         self._next, self._ahead = 0, 1
 
     @property
@@ -78,7 +78,7 @@ class RemoteFile(io.BufferedIOBase):
         """
         left = max(self._size - self._at, 0)
         wanted = left if size is None or size < 0 else min(size, left)
-        if wanted > MOST_AHEAD * BLOCK_BYTES:
+        if wanted > MAX_AHEAD * BLOCK_BYTES:
             data = self._fetch(self._at, self._at + wanted)
         else:
             data = self._from_blocks(self._at, self._at + wanted) if wanted else b""
@@ -101,28 +101,26 @@ class RemoteFile(io.BufferedIOBase):
 
     def _from_blocks(self, start: int, end: int) -> bytes:
         first, last = start // BLOCK_BYTES, (end - 1) // BLOCK_BYTES
-        missing = [number for number in range(first, last + 1) if number not in self._blocks]
-        if missing:
-            self._fill(missing[0], missing[-1])
-        for number in range(first, last + 1):
-            self._blocks.move_to_end(number)
-        data = b"".join(self._blocks[number] for number in range(first, last + 1))
-        while len(self._blocks) > MOST_KEPT:
-            self._blocks.popitem(last=False)
+        kept = {number: self._blocks.find(number) for number in range(first, last + 1)}
+        missing = [number for number, block in kept.items() if block is None]
+        new = self._fill(missing[0], missing[-1]) if missing else {}
+        data = b"".join(new.get(number, block or b"") for number, block in kept.items())
         return data[start - first * BLOCK_BYTES : end - first * BLOCK_BYTES]
 
-    def _fill(self, first: int, last: int) -> None:
+    def _fill(self, first: int, last: int) -> dict[int, bytes]:
         """Fetches blocks first to last, and some after them."""
-        self._ahead = min(self._ahead * 2, MOST_AHEAD) if first == self._next else 1
+        self._ahead = min(self._ahead * 2, MAX_AHEAD) if first == self._next else 1
         beyond = -(-self._size // BLOCK_BYTES)
         stop = min(max(last + 1, first + self._ahead), beyond)
         if stop >= beyond - 1 and self._ahead == 1:
             first = max(min(first, beyond - TAIL_BLOCKS), 0)
         data = self._fetch(first * BLOCK_BYTES, min(stop * BLOCK_BYTES, self._size))
-        for number in range(first, stop):
-            begin = (number - first) * BLOCK_BYTES
-            self._blocks[number] = data[begin : begin + BLOCK_BYTES]
+        begins = ((number, (number - first) * BLOCK_BYTES) for number in range(first, stop))
+        new = {number: data[begin : begin + BLOCK_BYTES] for number, begin in begins}
+        for number, block in new.items():
+            self._blocks.put(number, block)
         self._next = stop
+        return new
 
     def _fetch(self, start: int, end: int) -> bytes:
         for last_try in (False, True):

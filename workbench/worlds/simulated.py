@@ -48,6 +48,7 @@ class SimulatedWorld:
         known: containers whose contents the robot knows before it starts.
         miss_rate: the chance that a look misses an item, drawn for each item and look.
         seed: of those draws.
+        start_ns: when the run begins, in nanoseconds since the Unix epoch.
 
     Raises:
         UnknownName: a known container that is not in the house.
@@ -62,6 +63,7 @@ class SimulatedWorld:
         known: Iterable[ContainerId] = (),
         miss_rate: float = 0.0,
         seed: int = 0,
+        start_ns: int = EPOCH_NS,
     ) -> None:
         if not 0 <= miss_rate < 1:
             raise BadValue("miss rate", miss_rate, "at least 0 and below 1")
@@ -73,7 +75,7 @@ class SimulatedWorld:
         for container in self._known:
             if container not in house.contents:
                 raise UnknownName("container", container, house.contents, house.plan.name)
-        self._now_ns = EPOCH_NS
+        self._now_ns = start_ns
         self._at: LocationId = START
         self._hand: Item | None = None
         self._there: dict[LocationId, list[Item]] = {LocationId(c): list(i) for c, i in house.contents.items()}

@@ -22,15 +22,16 @@ from dashboards.panels.comparison import comparison
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import error_line, style
+from dashboards.panels.memory import memory
 from dashboards.panels.now import legend, now, title
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
-from dashboards.panels.runs import passes, runs
-from dashboards.panels.scatter import default_pair, scatter
 from dashboards.panels.strip import cursor, strip
 from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, script, update_address
 from dashboards.viser_app.panel.notes_tab import NotesTab
 from dashboards.viser_app.panel.options import Options
+from dashboards.viser_app.panel.runs_tab import RunsTab
+from dashboards.viser_app.panel.selection_view import SelectionView
 from dashboards.viser_app.session import Session
 from workbench.errors import BadValue
 from workbench.tolerances import ROUNDING
@@ -42,8 +43,6 @@ CAMERA_PX, CAMERAS_PX = 220, 330
 """Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 TYPED_AFTER_S = 0.7
 """Somebody who pauses for this long has typed what they wanted."""
-NONE_YET: tuple[str, ...] = ("",)
-"""The only entry of a list before anything is known."""
 Key = Literal["space", "home", "end", "F", "J", "L", "O", "T", "U"]
 
 
@@ -67,7 +66,6 @@ class Controls:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._gui = session.client.gui
-        self._listing = threading.Lock()
         self._sent: dict[str, str] = {}
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._names: list[str] = []
@@ -102,7 +100,9 @@ class Controls:
         go.on_update(lambda _: self._execute_field(go))
         tabs = gui.add_tab_group()
         if self._session.library.folder is not None:
-            self._build_runs(tabs)
+            self._runs = RunsTab(self._session, tabs)
+            with tabs.add_tab("Select"):
+                SelectionView(self._session, self._session.library.folder)
         for name, label in (
             ("beliefs", "Belief"),
             ("plan", "Plan"),
@@ -118,7 +118,10 @@ class Controls:
             self._notes = NotesTab(self._session)
             self._add("events")
         if self._session.library.folder is None:
-            self._build_runs(tabs)
+            self._runs = RunsTab(self._session, tabs)
+        if self._session.library.history is not None:
+            with tabs.add_tab("Memory"):
+                gui.add_html(str(memory(self._session.library.history)))
         with tabs.add_tab("View"):
             self._options = Options(self._session)
         panel = gui.add_panel()
@@ -131,20 +134,6 @@ class Controls:
         with self._camera_panel.add_tab("Cameras", viser.Icon.CAMERA):
             self._add("cameras")
         self._camera_panel.float(x=16, y=16, width=CAMERAS_PX)
-
-    def _build_runs(self, tabs: viser.GuiTabGroupHandle) -> None:
-        """The table of runs; for a folder it is the first tab."""
-        with tabs.add_tab("Runs"):
-            self._filter = self._gui.add_text(
-                "Filter", "", hint="Words that a run must have; also cost<50 or cost>50."
-            )
-            self._filter.on_update(lambda _: self._list_runs())
-            self._add("runs")
-            self._first = self._gui.add_dropdown("Across", NONE_YET, hint="A strategy; its cost goes to the right.")
-            self._second = self._gui.add_dropdown("Up", NONE_YET, hint="Another strategy; its cost goes up.")
-            for chosen in (self._first, self._second):
-                chosen.on_update(lambda _: self._draw_scatter())
-            self._add("scatter")
 
     def _build_container(self) -> None:
         self._add("container")
@@ -229,8 +218,7 @@ class Controls:
         has_truth = robot and self._session.truth() is not None
         self._set("title", title(clock.timelines[0], has_truth=has_truth))
         self._names = names
-        self._list_runs()
-        self._offer_strategies()
+        self._runs.follow()
         colours = [run_colour(i) for i in range(len(names))]
         self._draw("strip", lambda: strip(clock, names, colours, session.notes()))
         self._draw("events", lambda: self._notes.panel(names))
@@ -327,30 +315,6 @@ class Controls:
             self._size = size
             self._session.camera.refit()
         self._session.stir()
-
-    def _list_runs(self) -> None:
-        library = self._session.library
-        if len(library.paths) < 2:
-            self._set(
-                "runs", Markup('<div class="lp"><p class="muted">Open a folder to choose among its runs.</p></div>')
-            )
-            return
-        with self._listing:  # the filter and the view call concurrently; the newer words must win
-            rows = [row for row in library.rows() if passes(row, self._filter.value)]
-            self._set("runs", runs(rows, self._session.state.runs, total=len(library.rows())))
-
-    def _draw_scatter(self) -> None:
-        rows = [row for row in self._session.library.rows() if passes(row, self._filter.value)]
-        self._set("scatter", scatter(rows, self._first.value, self._second.value))
-
-    def _offer_strategies(self) -> None:
-        """The folder's strategies, once; the two most different names first."""
-        library = self._session.library
-        names = sorted({row.strategy for row in library.rows()}) if len(library.paths) > 1 else []
-        if len(names) > 1 and self._first.options != tuple(names):
-            self._first.options = self._second.options = tuple(names)
-            self._first.value, self._second.value = default_pair(names)
-            self._draw_scatter()
 
     def _update_address(self, session: Session) -> None:
         """Updates the page's address once the view is stable and the page has sent its own address."""

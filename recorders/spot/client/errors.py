@@ -146,6 +146,16 @@ class NotLocalized(Failed):
         )
 
 
+class StillHolding(Failed):
+    """The gripper holds something that no log tells of."""
+
+    def __init__(self, host: str) -> None:
+        super().__init__(
+            f"{host}: the gripper holds something. Take it out, put it into or onto a container, and name that one "
+            "with --held-at."
+        )
+
+
 class RunStopped(Failed):
     """A run on the robot cannot continue: stop key, lost lease, or network down. The run ends with a status."""
 

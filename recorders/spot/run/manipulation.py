@@ -21,7 +21,6 @@ from bosdyn.client.robot_command import RobotCommandBuilder
 from recorders.spot.client.connection import ROBOT_ERRORS, reason_of
 from recorders.spot.client.errors import RunStopped
 from recorders.spot.client.frame_trees import tform
-from recorders.spot.client.tags import TagSighting
 from recorders.spot.run.arm_motion import (
     AHEAD_M,
     FLOOR_M,
@@ -33,6 +32,7 @@ from recorders.spot.run.arm_motion import (
     in_front_of,
     place_on,
 )
+from recorders.spot.tags.detections import TagSighting
 from workbench.errors import LiosError
 from workbench.message_enum import MessageEnum, Result
 from workbench.tolerances import TINY

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from pathlib import Path
 
 from recorders.run_identity import Driver
@@ -20,21 +19,29 @@ from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot
 from recorders.spot.client.map_upload import read_graph, upload_map
 from recorders.spot.client.services import require_services, services_of_a_run
 from recorders.spot.run.abort_guard import stopping_on_error
+from recorders.spot.run.event_text import NextStep
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.taken_over import TakenOver, look_where_items_were_put, settings_of
+from recorders.spot.run.wishes import RunKeys
 from recorders.spot.run.world import SpotWorld
-from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
+from recorders.spot.session.topics import SessionStatus
+from workbench.beliefs.memory.memory import Memory
 from workbench.errors import LiosError
 from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
+from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
+from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.place import Place
+from workbench.planning.actions import relevant_types
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
 from workbench.terminal import say
-from workbench.worlds.house import START, Contents, House
+from workbench.worlds.house import START, Contents, House, Item
 from workbench.worlds.sites.site import Site
 from workbench.worlds.world import ActionRefused
 
@@ -48,7 +55,10 @@ class RobotRun:
         take_lease, own_estop: as in Control.
         operator_name: who runs it, for the log. log_serial: whether the log names the robot's serial number.
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
+        earlier: what it takes over from earlier logs of the place; None for a run that begins anew.
         audience: viewers that are shown every message once it is written.
+        show_status: called with the session's status, once a second.
+        memory: what the robot remembers of earlier runs in this place.
     """
 
     site: Site
@@ -66,7 +76,10 @@ class RobotRun:
     title: str = ""
     operator_name: str = ""
     log_serial: bool = True
+    earlier: TakenOver | None = None
     audience: Audience | None = None
+    show_status: Callable[[SessionStatus], None] | None = None
+    memory: Memory | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,25 +118,30 @@ def run_and_record(
         as for Connection and Control before the run; a started run always ends with a status.
     """
     setup = setup or setup_of(run)
-    require_services(connection, services_of_a_run(run.site, _cameras(run)))
-    check_cameras(connection, _cameras(run))
+    cameras = wanted_cameras(run.site, run.rates)
+    require_services(connection, services_of_a_run(run.site, cameras))
+    check_cameras(connection, cameras)
     if run.map_folder is not None:
         read_graph(run.map_folder)
     control = Control(connection, take=run.take_lease, own_estop=run.own_estop, dock=run.site.robot.dock)
     with ExitStack() as held:
         world = _world(connection, control, run, operator=operator, stop=stop)
         _localize_and_set_start(world, run, held)
-        run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
+        if run.earlier is not None:
+            say(run.earlier.in_words())
+            look_where_items_were_put(world, run.earlier)
+        run = replace(run, site=world.site)
         robot = robot_metadata(connection, operator=run.operator_name, serial=run.log_serial)
-        with _recorder(connection, run, setup, output, found=_as_found(world), force=force) as recorder:
+        with _recorder(connection, run, setup, output, found=_as_found(world, run), force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             world.tell = session.words
             recorder.sink.describe(ROBOT_METADATA, robot)
             world.recording_trouble = lambda: recorder.trouble
+            session.show_status = run.show_status
             if isinstance(operator, KeyboardOperator):
-                operator.on_key = partial(_marked, session)
+                operator.on_key = RunKeys(world.wishes, _sought(run), session.note).press
             try:
                 start_ns = world.now_ns()
                 events = stopping_on_error(setup.events(world), world, control, run.task)
@@ -141,10 +159,6 @@ def run_and_record(
     )
 
 
-def _cameras(run: RobotRun) -> tuple[str, ...]:
-    return run.rates.cameras if run.rates.images_hz > 0 else ()
-
-
 def _recorder(
     connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, found: dict[str, object], force: bool
 ) -> RunRecorder:
@@ -160,7 +174,11 @@ def _recorder(
         audience=run.audience,
         background=not stepped,
         receipt_ns=None if stepped else connection.clock.now_ns,
-        settings={"spot": {**_settings(run), **found}},
+        settings={
+            "spot": {**_settings(run), **found},
+            **memory_to_settings(run.memory),
+            **estimator_to_settings(setup.estimator),
+        },
     )
 
 
@@ -170,12 +188,14 @@ def first_decision(connection: Connection, run: RobotRun, setup: RunSetup | None
     Raises:
         NotLocalized, NoMap, WaypointMissing, ServiceMissing: as for a run.
     """
-    require_services(connection, services_of_a_run(run.site, _cameras(run)))
+    require_services(connection, services_of_a_run(run.site, wanted_cameras(run.site, run.rates)))
     world = _world(connection, Control(connection), run)
     world.know_the_map()
     if not world.localize():
         raise NotLocalized(str(connection.address))
     world.start_here()
+    if run.earlier is not None:
+        world.known = run.earlier.known
     for event in (setup or setup_of(run)).events(world):
         if isinstance(event, PlanMade):
             return event
@@ -219,9 +239,10 @@ def place_of(site: Site) -> Place:
     return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)
 
 
-def _marked(session: Session, key: str) -> None:
-    if key in "mMnN":
-        session.note("mark")
+def _sought(run: RobotRun) -> tuple[Item, ...]:
+    """The tagged items that the task is about."""
+    types = relevant_types(run.task.goal)
+    return tuple(item for _, item in sorted(run.site.tags.items()) if item.type in types)
 
 
 def _record_events(
@@ -229,10 +250,11 @@ def _record_events(
 ) -> list[Event]:
     """Record the events one by one while the session runs."""
     seen: list[Event] = []
-    clock = session.connection.clock
+    clock, coming = session.connection.clock, NextStep()
 
     def take() -> None:
         for event in events:
+            session.live.doing = coming.after(event)
             recorder.record(event)
             seen.append(event)
             if hear is not None:
@@ -258,7 +280,13 @@ def setup_of(run: RobotRun) -> RunSetup:
     """
     house = None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
     return set_up(
-        run.task, strategy=run.strategy, estimator=run.estimator, costs=run.costs, seed=run.seed, house=house
+        run.task,
+        strategy=run.strategy,
+        estimator=run.estimator,
+        costs=run.costs,
+        seed=run.seed,
+        house=house,
+        memory=run.memory,
     )
 
 
@@ -295,13 +323,19 @@ def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
         say(failure)
 
 
-def _as_found(world: SpotWorld) -> dict[str, object]:
-    """What was found before the first decision: whose e-stop guards the run, and where the robot was localised."""
+def _as_found(world: SpotWorld, run: RobotRun) -> dict[str, object]:
+    """What was found before the first decision: whose e-stop guards the run, where the robot was localised, and what
+    earlier logs told."""
     localized = None if world.localized is None else asdict(world.localized)
-    return {"estop_guard": world.control.estop_guard, "localization": localized}
+    return {
+        "estop_guard": world.control.estop_guard,
+        "localization": localized,
+        **settings_of(run.earlier, world.known),
+    }
 
 
 def _info(connection: Connection, run: RobotRun, setup: RunSetup) -> RunInfo:
     driver = Driver(strategy=setup.strategy.name, estimator=setup.estimator.name, seed=run.seed)
     by = f"{driver.strategy}|{driver.seed}|{run.title}"
-    return robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)
+    info = robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)
+    return info if run.earlier is None else run.earlier.continued(info)

@@ -12,10 +12,9 @@ from math import hypot
 from types import MappingProxyType
 from typing import Any, TypeVar, final
 
-from bosdyn.api import geometry_pb2, robot_state_pb2, world_object_pb2
-from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2, nav_pb2
+from bosdyn.api import geometry_pb2, world_object_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2
 from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
-from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
 from bosdyn.client.lease import Error as LeaseClientError
 from bosdyn.client.math_helpers import SE3Pose
 
@@ -23,17 +22,21 @@ from recorders.spot.client.battery import STOP_PERCENT, charge_percent
 from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import NoMap, RunStopped, WaypointMissing
-from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.graph_nav_map import waypoint_ids
 from recorders.spot.client.localized import Localization, is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
-from recorders.spot.client.tags import TagSighting, read_tags, within
+from recorders.spot.run.localize import localize_by_fiducial
+from recorders.spot.run.look_around import look_around
 from recorders.spot.run.manipulation import ArmManipulator, Handling, HelperManipulator, Manipulator, Picked
 from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.wishes import SKIPPED, Wishes
 from recorders.spot.session.foxglove import map_from_odom
+from recorders.spot.tags.detections import TagSighting, place_on_map, robot_detections
+from recorders.spot.tags.item_places import ItemPlaces
+from recorders.spot.tags.pictures import counted, picture_detections, tag_sizes
 from workbench.errors import LiosError
 from workbench.log_schema.events import NANO
 from workbench.message_enum import Result
@@ -45,8 +48,8 @@ from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInL
 
 Answer = TypeVar("Answer")
 BATTERY_EVERY_S = 5.0
-LOCALIZE_TIMEOUT_S, DOWNLOAD_TIMEOUT_S = 20.0, 60.0
-"""Time limits of calls that take the robot, or a slow network, longer than others."""
+DOWNLOAD_TIMEOUT_S = 60.0
+"""Time limit of the map's download over a slow network."""
 ENDING_S = 3.0
 """How long an answer is waited for while the robot comes to rest after a run."""
 
@@ -63,10 +66,11 @@ class SpotWorld:
     Attributes:
         tell: called with what the log should say in words.
         recording_trouble: why nothing is recorded any more; None while it is.
-        ending: whether the run is over and the robot only comes to rest: no key stops that, and no outage is asked
-            about.
+        ending: whether the run is over and the robot only comes to rest: neither keys nor outages stop that.
+        wishes: what the operator wants by key.
         opened_by: who opened which closed furniture.
-        hands: what picks and places.
+        hands: what picks and places. places: where looks have shown items.
+        known: contents of containers that are known before the run, from earlier logs.
         localized: where, by which tag and how long ago the robot was last localised; None before.
     """
 
@@ -76,7 +80,9 @@ class SpotWorld:
     settings: RunSettings = field(default_factory=RunSettings)
     operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
+    wishes: Wishes = field(default_factory=Wishes)
     at: LocationId | None = None
+    known: Contents = field(default_factory=lambda: MappingProxyType({}))
     tell: Callable[[str], None] = field(default=lambda _text: None)
     localized: Localization | None = None
     recording_trouble: Callable[[], LiosError | None] = field(default=lambda: None)
@@ -84,8 +90,10 @@ class SpotWorld:
     _power_checked_ns: int = 0
     opened_by: dict[LocationId, str] = field(default_factory=dict)
     hands: Manipulator = field(init=False)
+    places: ItemPlaces = field(init=False)
 
     def __post_init__(self) -> None:
+        self.places = ItemPlaces(self.site.plan, margin_m=self.settings.margin_m)
         arm = self.site.robot.arm and self.call(self.connection.robot.has_arm)
         self.hands = ArmManipulator(self) if arm else HelperManipulator(self)
 
@@ -105,11 +113,13 @@ class SpotWorld:
         return self.connection.clock.now_ns()
 
     def known_at_start(self) -> Contents:
-        return MappingProxyType({})
+        return self.known
 
     def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start_ns, walked = self.now_ns(), WalkLog()
         self.check_battery()
+        if location != self.at:
+            self.wishes.forget()
         ended = WalkEnd(ending=Ending.REFUSED)
         for attempt in range(self.settings.attempts):
             if attempt:
@@ -136,27 +146,23 @@ class SpotWorld:
         start_ns = self.now_ns()
         if not self._stands_open(container):
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
-        found: dict[ItemId, TagSighting] = {}
-        box, placed = self.site.plan.container(container), self._localize()
-        while self.now_ns() - start_ns < round(self.settings.look_s * 1e9):
-            self.wait(self.settings.poll_s)
-            sightings = self.sightings()
-            placed = placed or sightings is not None
-            for sighting in sightings or ():
-                item = self.site.tags.get(sighting.tag)
-                fresh = sighting.stamp_ns >= start_ns
-                if item is not None and fresh and within(box, sighting.position, margin_m=self.settings.margin_m):
-                    found[item.id] = sighting
-        if not placed:
+        seen = look_around(self, start_ns, localized=self._localize())
+        if self.wishes.take_skip():
+            return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=SKIPPED)
+        if seen is None:
             reason = "the robot does not know where it is, so what it sees cannot be placed"
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+        there = {item.id for item in self.wishes.take_there()}
+        if there:
+            self.tell(f"Correction: {', '.join(sorted(there))} in {container}, as the operator says")
+        found = tuple(sorted({*self.places.shown_in(container, seen), *there}))
+        self.places.settle(container, found)
         by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
-        items = tuple(by_id[name] for name in sorted(found))
         return LookResult(
             start_ns=start_ns,
             end_ns=self.now_ns(),
             container=container,
-            items=items,
+            items=tuple(by_id[name] for name in found),
             opened_by=self.opened_by.get(LocationId(container), ""),
         )
 
@@ -164,7 +170,10 @@ class SpotWorld:
         start_ns = self.now_ns()
         picked = self.hands.pick(item) if self._may_reach() else Picked(result=self._not_opened(), item_remains=True)
         answer = self._handled(start_ns, picked.result)
-        return replace(answer, item_remains=picked.item_remains) if isinstance(answer, ActionRefused) else answer
+        if isinstance(answer, ActionRefused):
+            return replace(answer, item_remains=picked.item_remains)
+        self.places.moved(item)
+        return answer
 
     def place(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
@@ -219,19 +228,22 @@ class SpotWorld:
 
     def sightings(self) -> tuple[TagSighting, ...] | None:
         """The currently visible tags on the map; None if the robot is not localised."""
+        connection = self.connection
         objects: world_object_pb2.ListWorldObjectResponse = self.call(
-            lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
+            lambda: connection.client("world-objects").list_world_objects(timeout=connection.timeout_s)
         )
-        state = self._localization_state()
+        found = robot_detections(objects.world_objects, connection.clock, tag_sizes(self.site))
+        ours = self.call(lambda: picture_detections(connection, self.site))
+        state = self.localization_state()
         if not is_localized(state):
             return None
         body = on_map(self.site, state.localization.seed_tform_body)
         odom = map_from_odom(body, state.robot_kinematics.transforms_snapshot)
-        return read_tags(objects.world_objects, body, self.connection.clock, odom)
+        return None if odom is None else place_on_map(counted(self.site, (*found, *ours)), odom)
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """The body pose on the map; None if the robot is not localised."""
-        state = self._localization_state()
+        state = self.localization_state()
         return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
 
     def wait(self, seconds: float) -> None:
@@ -348,7 +360,7 @@ class SpotWorld:
     def _may_reach(self) -> bool:
         return self.at is None or self.at == START or self._stands_open(ContainerId(self.at))
 
-    def _localization_state(self) -> graph_nav_pb2.GetLocalizationStateResponse:
+    def localization_state(self) -> graph_nav_pb2.GetLocalizationStateResponse:
         timeout_s = self.connection.timeout_s
         return self.call(lambda: self.graph_nav().get_localization_state(timeout=timeout_s))
 
@@ -356,42 +368,8 @@ class SpotWorld:
         return self.body_pose() is not None or self._localize_by_fiducial()
 
     def _localize_by_fiducial(self) -> bool:
-        def find() -> None:
-            state: robot_state_pb2.RobotState = self.connection.client("robot-state").get_robot_state(
-                timeout=self.connection.timeout_s
-            )
-            body = tform(state.kinematic_state.transforms_snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
-            self.graph_nav().set_localization(
-                initial_guess_localization=nav_pb2.Localization(),
-                ko_tform_body=None if body is None else body.to_proto(),
-                fiducial_init=graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NEAREST,
-                timeout=LOCALIZE_TIMEOUT_S,
-            )
-
-        try:
-            self.call(find)
-        except ResponseError:
-            return False
-        if self.body_pose() is None:
-            return False
-        self.localized = self._localization()
-        self.tell(f"Localised {self.localized.in_words()}")
-        return True
-
-    def _localization(self) -> Localization:
-        """Where and by which tag the robot was just localised: the nearest seen that is no item's."""
-        state = self._localization_state()
-        at, body = state.localization.timestamp, self.body_pose()
-        away: list[tuple[float, int]] = []
-        if body is not None:
-            away = [
-                (hypot(seen.position[0] - body.position.x, seen.position[1] - body.position.y), seen.tag)
-                for seen in self.sightings() or ()
-                if seen.tag not in self.site.tags
-            ]
-        age_ns = self.now_ns() - self.connection.clock.from_robot(at.seconds * NANO + at.nanos)
-        return Localization(
-            waypoint=state.localization.waypoint_id,
-            tag=min(away)[1] if away else None,
-            age_s=round(age_ns / NANO, 3),
-        )
+        localized = localize_by_fiducial(self)
+        if localized is not None:
+            self.localized = localized
+            self.tell(f"Localised {localized.in_words()}")
+        return localized is not None

@@ -33,11 +33,11 @@ from google.protobuf.duration_pb2 import Duration
 
 from recorders.foxglove.scene import BODY_FRAME, MAP_FRAME, ODOM_FRAME, timestamp
 from recorders.spot.client.frame_trees import tform
-from recorders.spot.client.tags import TagSighting
+from recorders.spot.tags.detections import TagSighting
+from recorders.spot.tags.lens import lens_of
 from workbench.arrays import AnyArray, Bools, Floats32
 from workbench.worlds.house import Item
 
-TAG_SIDE_M = 0.15
 TAG_LIFETIME_S = 2
 BosdynPose = geometry_pb2.SE3Pose | SE3Pose
 """A pose as a protobuf message, or as the SDK's helper class."""
@@ -108,27 +108,16 @@ def camera_link(shot: image_pb2.ImageCapture, stamp_ns: int) -> FrameTransforms 
 
 
 def calibration(source: image_pb2.ImageSource, shot: image_pb2.ImageCapture, stamp_ns: int) -> CameraCalibration:
-    """The pinhole calibration of a camera, scaled to the image size, without distortion.
-
-    Pixels are counted by their index, as the SDK and ROS do: the centre of the first one is at 0, half a pixel from
-    the edge, which scaling keeps.
-    """
-    model = source.WhichOneof("camera_models")
-    lens = source.pinhole.intrinsics
-    if model in ("pinhole_brown_conrady", "kannala_brandt"):
-        lens = getattr(source, model).intrinsics.pinhole_intrinsics
-    wide = shot.image.cols / source.cols if source.cols else 1.0
-    high = shot.image.rows / source.rows if source.rows else 1.0
-    fx, fy = lens.focal_length.x * wide, lens.focal_length.y * high
-    cx, cy = (lens.principal_point.x + 0.5) * wide - 0.5, (lens.principal_point.y + 0.5) * high - 0.5
+    """The pinhole calibration of a camera, scaled to the image size, without distortion."""
+    lens = lens_of(source, shot.image.cols, shot.image.rows)
     return CameraCalibration(
         timestamp=timestamp(stamp_ns),
         frame_id=shot.frame_name_image_sensor,
         width=shot.image.cols,
         height=shot.image.rows,
-        K=[fx, 0, cx, 0, fy, cy, 0, 0, 1],
+        K=[lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1],
         R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
-        P=[fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0],
+        P=[lens.fx, 0, lens.cx, 0, 0, lens.fy, lens.cy, 0, 0, 0, 1, 0],
     )
 
 
@@ -218,6 +207,7 @@ def without_pixels(response: image_pb2.ImageResponse) -> image_pb2.ImageResponse
 
 def _tag(seen: TagSighting, item: Item | None, stamp_ns: int) -> SceneEntity:
     x, y, z = seen.position
+    side_m = seen.detection.size_m
     label = f"tag {seen.tag}" if item is None else f"{item.type} ({seen.tag})"
     at = Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(w=1.0))
     above = Pose(position=Vector3(x=x, y=y, z=z + 0.25), orientation=Quaternion(w=1.0))
@@ -228,7 +218,7 @@ def _tag(seen: TagSighting, item: Item | None, stamp_ns: int) -> SceneEntity:
         id=f"tag/{seen.tag}",
         lifetime=Duration(seconds=TAG_LIFETIME_S),
         metadata=[KeyValuePair(key=key, value=value) for key, value in facts.items()],
-        cubes=[CubePrimitive(pose=at, size=Vector3(x=TAG_SIDE_M, y=TAG_SIDE_M, z=0.02), color=INK)],
+        cubes=[CubePrimitive(pose=at, size=Vector3(x=side_m, y=side_m, z=0.02), color=INK)],
         texts=[TextPrimitive(pose=above, billboard=True, font_size=12, scale_invariant=True, color=INK, text=label)],
     )
 

@@ -8,6 +8,7 @@ that opens has placed it here. Used for operator-driven sessions and for importe
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from math import hypot
@@ -15,6 +16,7 @@ from types import MappingProxyType
 from typing import Protocol, final
 
 from recorders.spot.client.odometer import WalkLog
+from recorders.spot.tags.item_places import MARGIN_M, ItemPlaces, Position
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
 from workbench.execution.goal_check import is_met
 from workbench.log_schema.events import NANO
@@ -22,12 +24,10 @@ from workbench.message_enum import MessageEnum, Result
 from workbench.planning.plans import PlanStep
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
-from workbench.worlds.geometry import Point, footprint
+from workbench.worlds.geometry import Point
 from workbench.worlds.house import START, Container, ContainerId, Item, ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.sites.site import Site
-
-Position = tuple[float, float, float]
 
 STILL_M = 0.15
 """A robot that stays within this many metres of a point stands still."""
@@ -35,7 +35,8 @@ ARRIVAL_RADIUS_M = 0.8
 """A robot within this many metres of a standing pose is at that location."""
 DWELL_S, LOOK_S = 2.0, 4.0
 """Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
-MARGIN_M = 0.35
+MAX_SIGHTINGS = 1000
+"""Of each item, the sightings of one stay that are kept."""
 
 
 class LookFinding(MessageEnum):
@@ -98,7 +99,8 @@ class ActionDeriver:
     _left_ns: int = 0
     _still_at: Point | None = None
     _still_ns: int = 0
-    _tags_here: dict[ItemId, tuple[int, Position]] = field(default_factory=dict)
+    _tags_here: dict[ItemId, deque[tuple[int, Position]]] = field(default_factory=dict)
+    _places: ItemPlaces = field(init=False)
     _holds: bool = False
     _doubted_on: tuple[LocationId, int] | None = None
     _opened_on: tuple[LocationId, int] | None = None
@@ -109,6 +111,7 @@ class ActionDeriver:
 
     def __post_init__(self) -> None:
         self.knowledge = knowledge_at_start(self.site.plan, self.site.travel, {})
+        self._places = ItemPlaces(self.site.plan, margin_m=MARGIN_M)
 
     def pose(self, stamp_ns: int, point: Point) -> None:
         """Report the robot's position on the map."""
@@ -131,7 +134,7 @@ class ActionDeriver:
             self._heard(stamp_ns)
             item = self.site.tags.get(number)
             if item is not None:
-                self._tags_here[item.id] = (stamp_ns, position)
+                self._tags_here.setdefault(item.id, deque(maxlen=MAX_SIGHTINGS)).append((stamp_ns, position))
 
     def opened(self, stamp_ns: int) -> LocationId | None:
         """Report that the container at hand stands open now; returns it, None if there is none.
@@ -184,6 +187,7 @@ class ActionDeriver:
             step = PlanStep(action="pick", origin=at, target=at, item_types=(item.type,), items=(item.id,))
             self._act(step, start_ns, end_ns, cost=self.costs.manipulation)
             self.knowledge = self.knowledge.picked(item)
+            self._places.moved(item.id)
             self._carried.add(item.id)
 
     def placed(self, start_ns: int, end_ns: int) -> None:
@@ -257,6 +261,7 @@ class ActionDeriver:
         self.searches += 1
         step = PlanStep(action="search", origin=at, target=at, cost=self.costs.search)
         self._act(step, self._still_ns, end_ns, cost=self.costs.search)
+        self._places.settle(container.id, (item.id for item in items))
         put_here = self.knowledge.items_at.get(at, ())
         self.knowledge = self.knowledge.seen(container.id, items)
         if put_here:
@@ -311,15 +316,13 @@ class ActionDeriver:
         return "operator, before the recording" if self.furniture_open else ""
 
     def _items_in(self, container: Container, *, since_ns: int) -> Iterable[Item]:
-        from shapely import Point as ShapelyPoint
-        from shapely import Polygon
-
-        box = Polygon(footprint(container.pose, container.size_m[0], container.size_m[1])).buffer(MARGIN_M)
         by_id = {item.id: item for item in self.site.tags.values()}
-        for name in sorted(self._tags_here):
-            stamp_ns, (x, y, _) = self._tags_here[name]
-            if name not in self._carried and stamp_ns >= since_ns and box.contains(ShapelyPoint(x, y)):
-                yield by_id[name]
+        stay = {
+            name: [position for stamp_ns, position in seen if stamp_ns >= since_ns]
+            for name, seen in self._tags_here.items()
+            if name not in self._carried
+        }
+        yield from (by_id[name] for name in self._places.shown_in(container.id, stay))
 
     def _nearest(self, point: Point) -> LocationId | None:
         away = [
@@ -338,7 +341,8 @@ class ActionDeriver:
         x, y = self._still_at
 
         def away(item: Item) -> float:
-            _, position = self._tags_here.get(item.id, (0, (x + 99.0, y, 0.0)))
+            seen = self._tags_here.get(item.id)
+            position = seen[-1][1] if seen else (x + 99.0, y, 0.0)
             return hypot(position[0] - x, position[1] - y)
 
         return min(here, key=away)

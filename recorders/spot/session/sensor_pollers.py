@@ -15,13 +15,14 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.foxglove.scene import MAP_FRAME, ODOM_FRAME
-from recorders.spot.client.clock import SyncedClock
+from recorders.spot.client.battery import charge_percent
+from recorders.spot.client.clock import Stepped, SyncedClock
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.localized import is_localized
 from recorders.spot.client.seed_frame import on_map
-from recorders.spot.client.tags import read_tags
 from recorders.spot.session import foxglove
+from recorders.spot.session.tag_messages import detected
 from recorders.spot.session.topics import (
     CAMERA,
     FIDUCIALS,
@@ -33,12 +34,24 @@ from recorders.spot.session.topics import (
     ClockSkew,
     RobotStatus,
 )
+from recorders.spot.tags.detections import TagDetection, place_on_map, robot_detections
+from recorders.spot.tags.pictures import (
+    counted,
+    detector_cameras,
+    picture_detections,
+    require_detector,
+    tag_sizes,
+)
 from workbench.errors import UnknownName
 from workbench.log_schema.events import NANO, Stamp
+from workbench.worlds.sites.site import Site
 
 if TYPE_CHECKING:
-    from recorders.spot.session.session import Session
+    from recorders.spot.session.session import Rates, Session
 
+OURS = ("clock", "status")
+"""Streams for which the robot is not asked."""
+FRESH_TAG_S = 2
 STATUS_EVERY_NS = NANO - NANO // 20
 
 
@@ -61,6 +74,7 @@ class _SharedState:
         self.told_status_ns = 0
         self.faults: tuple[str, ...] = ()
         self.calibrated: set[str] = set()
+        self.detected_ns: dict[tuple[str, str, int], int] = {}
 
 
 def sensor_streams(session: Session) -> tuple[SensorStream, ...]:
@@ -70,11 +84,24 @@ def sensor_streams(session: Session) -> tuple[SensorStream, ...]:
         ("localization", rates.localization_hz, lambda: _localization(session, known)),
         ("state", rates.state_hz, lambda: _state(session, known)),
         ("fiducials", rates.fiducials_hz, lambda: _fiducials(session, known)),
+        ("tag pictures", rates.tags_hz if detector_cameras(session.site) else 0.0, lambda: _pictures(session, known)),
         ("images", rates.images_hz if rates.cameras else 0.0, lambda: _images(session, known)),
         ("grid", rates.grid_hz, lambda: _grid(session)),
         ("clock", rates.clock_hz, lambda: _clock(session)),
+        # with stepped time nobody watches, and the room on a disk would make two equal runs differ
+        ("status", 0.0 if isinstance(session.connection.clock, Stepped) else rates.status_hz, session.tell_status),
     )
-    return tuple(SensorStream(name, 1.0 / hz, take, name != "clock") for name, hz, take in wanted if hz > 0)
+    return tuple(SensorStream(name, 1.0 / hz, take, name not in OURS) for name, hz, take in wanted if hz > 0)
+
+
+def wanted_cameras(site: Site, rates: Rates) -> tuple[str, ...]:
+    """The image sources that a session asks for: those recorded, and those in which tags are looked for.
+
+    Raises:
+        MissingExtra: the site's detector is not installed.
+    """
+    require_detector(site)
+    return (*(rates.cameras if rates.images_hz > 0 else ()), *detector_cameras(site))
 
 
 def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
@@ -110,6 +137,7 @@ def _localization(session: Session, known: _SharedState) -> None:
         timeout=session.connection.timeout_s
     )
     place = answer.localization
+    session.live.localized = is_localized(answer)
     if not is_localized(answer):
         known.map_tform_body = known.map_tform_odom = None
         return
@@ -138,6 +166,8 @@ def _state(session: Session, known: _SharedState) -> None:
         session.put(ROBOT_STATE, state, source_ns=at)
     if session.watch is not None:
         session.watch.holding(at, state.manipulator_state.is_gripper_holding_item)
+    charge = charge_percent(state)
+    session.live.battery_percent = -1.0 if charge is None else charge
     faults = foxglove.faults_of(state)
     for fault in faults:
         if fault not in known.faults:
@@ -167,18 +197,37 @@ def _fiducials(session: Session, known: _SharedState) -> None:
     answer: world_object_pb2.ListWorldObjectResponse = _ask(session, "world-objects").list_world_objects(
         object_type=[world_object_pb2.WORLD_OBJECT_APRILTAG], timeout=session.connection.timeout_s
     )
-    now = session.now_ns()
     if session.rates.raw:
         session.put(WORLD_OBJECTS, answer, source_ns=our_ns(session, answer.header.response_timestamp))
-    if known.map_tform_body is not None:
-        seen = read_tags(answer.world_objects, known.map_tform_body, session.connection.clock, known.map_tform_odom)
-        fresh = [sighting for sighting in seen if now - sighting.stamp_ns < 2 * NANO]
-        if session.watch is not None:
-            for sighting in fresh:
-                session.watch.tag(sighting.stamp_ns, sighting.tag, sighting.position)
-        if fresh:
-            at = max(sighting.stamp_ns for sighting in fresh)
-            session.put(FIDUCIALS, foxglove.tag_scene(fresh, dict(session.site.tags), at), source_ns=at)
+    found = robot_detections(answer.world_objects, session.connection.clock, tag_sizes(session.site))
+    _tags(session, known, found)
+
+
+def _pictures(session: Session, known: _SharedState) -> None:
+    _tags(session, known, picture_detections(session.connection, session.site))
+
+
+def _tags(session: Session, known: _SharedState, found: Sequence[TagDetection]) -> None:
+    """Log detections that are new, and tell the watch and viewers of those that count."""
+    now, site = session.now_ns(), session.site
+    counting = counted(site, found)
+    placed = {id(one.detection): one for one in place_on_map(found, known.map_tform_odom)}
+    for seen in found:
+        key = (seen.detector.value, seen.camera, seen.tag)
+        if known.detected_ns.get(key) == seen.stamp_ns:
+            continue
+        known.detected_ns[key] = seen.stamp_ns
+        session.tell(detected(site, seen, placed.get(id(seen)), received_ns=now, counts=seen in counting))
+    fresh = [placed[id(seen)] for seen in counting if id(seen) in placed and now - seen.stamp_ns < FRESH_TAG_S * NANO]
+    for sighting in fresh:
+        item = site.tags.get(sighting.tag)
+        session.live.tags[f"tag {sighting.tag}" if item is None else str(item.id)] = sighting.stamp_ns
+    if session.watch is not None:
+        for sighting in fresh:
+            session.watch.tag(sighting.stamp_ns, sighting.tag, sighting.position)
+    if fresh:
+        at = max(sighting.stamp_ns for sighting in fresh)
+        session.put(FIDUCIALS, foxglove.tag_scene(fresh, dict(site.tags), at), source_ns=at)
 
 
 def _images(session: Session, known: _SharedState) -> None:

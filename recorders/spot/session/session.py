@@ -12,6 +12,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Protocol, Self
@@ -26,8 +27,9 @@ from recorders.mcap_io.channels import protobuf_channel
 from recorders.sinks.files import Sink
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.session import foxglove
+from recorders.spot.session.live_status import LiveStatus
 from recorders.spot.session.sensor_pollers import SensorStream, sensor_streams
-from recorders.spot.session.topics import NOTE_EVENTS, Gap, Note, SessionFact, fact_channel
+from recorders.spot.session.topics import NOTE_EVENTS, Gap, Note, SessionFact, SessionStatus, fact_channel
 from workbench.errors import InputError, LiosError
 from workbench.log_schema.events import Stamp
 from workbench.worlds.geometry import Point
@@ -47,9 +49,11 @@ class Rates:
     state_hz: float = 10.0
     localization_hz: float = 5.0
     fiducials_hz: float = 4.0
+    tags_hz: float = 2.0
     images_hz: float = 2.0
     grid_hz: float = 1.0
     clock_hz: float = 0.2
+    status_hz: float = 1.0
     cameras: tuple[str, ...] = ("frontleft_fisheye_image", "frontright_fisheye_image")
     image_quality: int = 75
     image_ratio: float = 1.0
@@ -96,6 +100,7 @@ class Session:
         taken: answers per stream. skipped: polls skipped because the previous one was still running.
         failed: failed polls per stream. troubles: error of each stream that fails while others work.
         gaps: durations of outages in seconds.
+        live: what the streams last told. show_status: called with each status message.
     """
 
     def __init__(self, connection: Connection, site: Site, sink: Sink, *, rates: Rates | None = None) -> None:
@@ -108,6 +113,8 @@ class Session:
         self._failing_ns: dict[str, int] = {}
         self.gaps: list[float] = []
         self.watch: Watch | None = None
+        self.live = LiveStatus()
+        self.show_status: Callable[[SessionStatus], None] | None = None
         self._away = _ConnectionState()
         self._closing = threading.Event()
         self._login = threading.Lock()
@@ -158,9 +165,17 @@ class Session:
             channel, message.SerializeToString(deterministic=True), log_time=self.now_ns(), publish_time=source_ns
         )
 
+    def tell_status(self) -> None:
+        """Write the session's status, and show it."""
+        status = self.live.now(self.now_ns(), answered_ns=self._away.answered_ns, sink=self.sink)
+        self.tell(status)
+        if self.show_status is not None:
+            self.show_status(status)
+
     def tell(self, fact: SessionFact) -> None:
         """Write one of our JSON messages."""
-        self.sink.write(fact_channel(type(fact)), msgspec.json.encode(fact), log_time=self.now_ns())
+        known = {name: value for name, value in msgspec.structs.asdict(fact).items() if value is not None}
+        self.sink.write(fact_channel(type(fact)), msgspec.json.encode(known), log_time=self.now_ns())
 
     def note(self, text: str, *, at_ns: int | None = None) -> None:
         """Write an operator's note: as JSON, as the event that `lios log note` writes, and as a log message."""

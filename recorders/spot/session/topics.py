@@ -2,7 +2,9 @@
 
 /robot/status       battery, motors, emergency stop, faults, lease owner            json  lios.spot.RobotStatus
 /robot/clock        by how much the robot's clock is ahead of ours                  json  lios.spot.ClockSkew
+/robot/detections   every detection of a tag: pose, range, place                    json  lios.spot.TagDetected
 /session/gap        from when to when the robot was away                            json  lios.spot.Gap
+/session/status     link, tags seen now, messages dropped, room on the disk, next   json  lios.spot.SessionStatus
 /session/note       what the operator noted                                         json  lios.spot.Note
 /notes              the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event
 /spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
@@ -25,7 +27,7 @@ from recorders.mcap_io.viewer_schema import viewer_schema
 from workbench.log_schema.events import Stamp
 
 STATUS, CLOCK, GAP, NOTE = "/robot/status", "/robot/clock", "/session/gap", "/session/note"
-NOTE_EVENTS = "/notes"
+NOTE_EVENTS, SESSION_STATUS, DETECTIONS = "/notes", "/session/status", "/robot/detections"
 ROBOT_STATE, LOCALIZATION, WORLD_OBJECTS = "/spot/robot_state", "/spot/localization", "/spot/world_objects"
 ODOMETRY, FIDUCIALS, LOCAL_GRID, CAMERA = "/robot/odometry", "/robot/fiducials", "/robot/local_grid", "/camera"
 
@@ -72,8 +74,73 @@ class Note(msgspec.Struct, frozen=True, kw_only=True):
     text: str
 
 
-SessionFact = RobotStatus | ClockSkew | Gap | Note
-TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {RobotStatus: STATUS, ClockSkew: CLOCK, Gap: GAP, Note: NOTE}
+class SessionStatus(msgspec.Struct, frozen=True, kw_only=True):
+    """The session once a second. silent_s: since the robot's last answer; tags: items whose tags are seen now, or
+    tag numbers; dropped: messages so far; doing: what the robot is about to do.
+
+    battery_percent is 0 to 100, negative where the robot has not told it.
+    """
+
+    stamp: Stamp
+    battery_percent: float
+    localized: bool
+    silent_s: float
+    tags: tuple[str, ...]
+    dropped: int
+    disk_free_mb: int
+    doing: str = ""
+
+
+class TagPose(msgspec.Struct, frozen=True, kw_only=True):
+    """frame_tform_tag, metres and a unit quaternion; x to the right and y up along the tag, z out of the page."""
+
+    frame: str
+    x: float
+    y: float
+    z: float
+    qx: float
+    qy: float
+    qz: float
+    qw: float
+
+
+class TagDetected(msgspec.Struct, frozen=True, kw_only=True):
+    """One detection of a tag; stamp is the time of acquisition.
+
+    raw is what the detector reported, of a tag of the size that it expects; x_m, y_m, z_m is the tag on the map, of
+    size_m, where the body was then (left out if the robot was not localised). container is where that is, "" if at
+    none. age_s is from acquisition to receipt; range_m and incidence_deg are from the camera that saw it (left out if
+    it is unknown). detector: robot or opencv; counts: whether looks go by it.
+    """
+
+    stamp: Stamp
+    tag: int
+    item: str = ""
+    detector: str = "robot"
+    camera: str = ""
+    status: str = "unknown"
+    raw: TagPose
+    size_m: float
+    age_s: float
+    range_m: float | None = None
+    incidence_deg: float | None = None
+    error_px: float | None = None
+    x_m: float | None = None
+    y_m: float | None = None
+    z_m: float | None = None
+    container: str = ""
+    counts: bool = True
+
+
+SessionFact = SessionStatus | RobotStatus | ClockSkew | Gap | Note | TagDetected
+TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {
+    SessionStatus: SESSION_STATUS,
+    RobotStatus: STATUS,
+    ClockSkew: CLOCK,
+    Gap: GAP,
+    Note: NOTE,
+    TagDetected: DETECTIONS,
+}
 
 
 @lru_cache(maxsize=64)

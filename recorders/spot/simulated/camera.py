@@ -1,4 +1,4 @@
-"""Simulated cameras: plain images of walls and furniture by ray casting on the map, with tags as white squares.
+"""Simulated cameras: plain images of walls and furniture by ray casting on the map, with the tags in view.
 
 They provide camera channels whose images change as the robot walks; they are not realistic.
 """
@@ -6,11 +6,17 @@ They provide camera channels whose images change as the robot walks; they are no
 from __future__ import annotations
 
 import io
-from math import atan2, cos, hypot, pi, sin
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
 
 import numpy as np
+from bosdyn.api import geometry_pb2
+from bosdyn.client.math_helpers import SE3Pose
 from PIL import Image
 
+from recorders.spot.simulated.frames import optical
+from recorders.spot.simulated.tag_drawing import draw_tag
 from workbench.arrays import Floats, Uints8, Uints16
 from workbench.tolerances import MIN_SLOPE
 from workbench.worlds.geometry import Pose
@@ -26,6 +32,8 @@ CAMERAS = {
 }
 """Heading of each visual source in the body frame."""
 
+FRONT_AT, HAND_AT = (0.3, 0.0, 0.0), (0.4, 0.0, 0.25)
+"""Where cameras sit in the body frame, in metres."""
 COLUMNS, ROWS = 640, 480
 FIELD_RAD = 1.6
 RAYS, DEPTH_ROWS = 160, 60
@@ -33,18 +41,37 @@ REACH_M, RAY_STEP_M = 8.0, 0.06
 EYE_M, WALL_M = 0.5, 2.4
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrawnTag:
+    """A tag in view of a camera."""
+
+    number: int
+    size_m: float
+    camera_tform_tag: SE3Pose
+
+
+def camera_frame(name: str) -> str:
+    """The frame of an image source."""
+    return name.removesuffix("_image")
+
+
+def camera_mount(name: str) -> geometry_pb2.SE3Pose:
+    """body_tform_camera of an image source; the hand is that of a stowed arm, above the body."""
+    return optical(*(HAND_AT if name.startswith("hand") else FRONT_AT), CAMERAS[name])
+
+
 def draw(
     grid: OccupancyGrid | None,
     pose: Pose,
     heading_rad: float,
-    tags: list[tuple[float, float, float]],
+    tags: Sequence[DrawnTag],
     *,
     colour: bool,
 ) -> Uints8:
     """An image, uint8, shape (ROWS, COLUMNS) or (ROWS, COLUMNS, 3).
 
     Args:
-        tags: positions of visible tags in the map frame.
+        tags: the tags in view.
     """
     depths = _depths(grid, pose, heading_rad)
     focal = COLUMNS / 2 / np.tan(FIELD_RAD / 2)
@@ -55,9 +82,13 @@ def draw(
     floor = np.clip(60 + row * 0.25, 30, 130)
     picture = np.where(row < -half[None, :], 200.0, np.where(row < low[None, :], shade[None, :], floor))
     image = np.repeat(picture, COLUMNS // RAYS, axis=1).astype(np.uint8)
-    for tag in tags:
-        _paint_tag(image, pose, heading_rad, tag, focal)
+    for tag in sorted(tags, key=_depth_of, reverse=True):
+        draw_tag(image, tag.number, tag.size_m, tag.camera_tform_tag, float(focal))
     return np.repeat(image[:, :, None], 3, axis=2) if colour else image
+
+
+def _depth_of(tag: DrawnTag) -> float:
+    return float(tag.camera_tform_tag.z)
 
 
 def jpeg(picture: Uints8, *, quality: int, ratio: float) -> tuple[bytes, int, int]:
@@ -99,17 +130,3 @@ def _depths(grid: OccupancyGrid | None, pose: Pose, heading_rad: float, across: 
     hit = ~inside | grid.occupied[rows * inside, columns * inside]
     first = np.where(hit.any(axis=0), hit.argmax(axis=0), len(far) - 1)
     return far[first] * np.cos(angles - pose.yaw_rad - heading_rad)
-
-
-def _paint_tag(image: Uints8, pose: Pose, heading_rad: float, tag: tuple[float, float, float], focal: float) -> None:
-    bearing = atan2(tag[1] - pose.y_m, tag[0] - pose.x_m) - pose.yaw_rad - heading_rad
-    bearing = atan2(sin(bearing), cos(bearing))
-    away = hypot(tag[0] - pose.x_m, tag[1] - pose.y_m)
-    if abs(bearing) > FIELD_RAD / 2 or away < 0.2:
-        return
-    column = int(COLUMNS / 2 - np.tan(bearing) * focal)
-    row = int(ROWS / 2 - (tag[2] - EYE_M) / away * focal)
-    side = max(2, int(0.146 * focal / away / 2))
-    for grow, value in ((2, 255), (0, 20)):
-        top, left = max(0, row - side - grow), max(0, column - side - grow)
-        image[top : max(0, row + side + grow), left : max(0, column + side + grow)] = value

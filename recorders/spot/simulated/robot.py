@@ -22,7 +22,7 @@ from recorders.spot.simulated.body import TOP_SPEED_MPS, Body, Walk, WalkState
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import Fault, FaultKind
 from recorders.spot.simulated.leases import LeaseBook
-from recorders.spot.simulated.sight import TaggedThing, in_hand, sees, thing_in
+from recorders.spot.simulated.sight import TaggedThing, in_hand, sees, shows, thing_in
 from workbench.errors import Malformed
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, House, LocationId
@@ -68,6 +68,7 @@ class Sighting:
     body_s: float
     robot_ns: int
     body: Body
+    size_m: float
 
 
 @dataclass(slots=True)
@@ -318,8 +319,16 @@ class RobotState:
         if not grasp.thing.held and self.held is None:
             grasp.thing.held, grasp.thing.container, self.gripper_open = True, None, False
 
+    def tags_in_view(self) -> list[TaggedThing]:
+        """Tags that cameras show now: of items, and of the map."""
+        hung = [TaggedThing(tag=tag, container=None, position=at) for tag, at in self.fiducials.items()]
+        if self.hides_tags:
+            return []
+        return [thing for thing in (*self.things, *hung) if shows(self.site, self.body.pose, thing)]
+
     def _look(self) -> None:
         then = replace(self.body, odom=replace(self.body.odom), vision=replace(self.body.vision))
+        lived_s, robot_ns = self.body.lived_s, self.clock.robot_ns()
         for thing in self.things:
             if thing.held:
                 thing.position = in_hand(self.body.pose)
@@ -327,11 +336,13 @@ class RobotState:
             elif not self.hides_tags and sees(self.site, self.body.pose, thing):
                 noise = self.rng.normal(0.0, 0.005, 3)
                 x, y, z = (float(value) for value in np.add(thing.position, noise))
-                self.sightings[thing.tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns(), then)
+                self.sightings[thing.tag] = Sighting(
+                    (x, y, z), self.body.lived_s, self.clock.robot_ns(), then, thing.size_m
+                )
         for tag, (x, y, z) in self.fiducials.items():
             hung = TaggedThing(tag=tag, container=None, position=(x, y, z))
             if not self.hides_tags and sees(self.site, self.body.pose, hung):
-                self.sightings[tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns(), then)
+                self.sightings[tag] = Sighting((x, y, z), lived_s, robot_ns, then, hung.size_m)
         for tag in [t for t, seen in self.sightings.items() if self.body.lived_s - seen.body_s > FORGET_S]:
             del self.sightings[tag]
 
@@ -350,7 +361,8 @@ def new_state(
         for place, item in enumerate(items):
             if item.id not in tag_of:
                 raise UntaggedItem(item.id, site)
-            things.append(thing_in(tag_of[item.id], site.plan.container(name), place))
+            thing = thing_in(tag_of[item.id], site.plan.container(name), place)
+            things.append(replace(thing, size_m=site.file.tags[thing.tag].size_m))
     return RobotState(
         site=site,
         house=house,

@@ -6,21 +6,24 @@ from math import atan2
 
 import grpc
 from bosdyn.api import (
+    geometry_pb2,
     robot_state_pb2,
     robot_state_service_pb2_grpc,
     world_object_pb2,
     world_object_service_pb2_grpc,
 )
+from bosdyn.client.math_helpers import SE3Pose
 from google.protobuf.duration_pb2 import Duration
 from google.protobuf.timestamp_pb2 import Timestamp
 from google.protobuf.wrappers_pb2 import DoubleValue
 
 from recorders.spot.simulated.basic_services import header_of
-from recorders.spot.simulated.body import BATTERY_S, Motors
-from recorders.spot.simulated.frames import frame_tree, height_of, in_body, kinematics, se3, stamp
-from recorders.spot.simulated.robot import RobotState
-
-TAG_M = 0.146
+from recorders.spot.simulated.body import BATTERY_S, Motors, wrapped
+from recorders.spot.simulated.camera import CAMERAS, camera_frame, camera_mount
+from recorders.spot.simulated.frames import frame_tree, height_of, in_body, kinematics, stamp
+from recorders.spot.simulated.robot import RobotState, Sighting
+from recorders.spot.simulated.tag_drawing import facing
+from workbench.worlds.sites.survey_schema import ROBOT_TAG_M
 
 
 class State(robot_state_service_pb2_grpc.RobotStateServiceServicer):
@@ -156,20 +159,20 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
                 at = stamp(seen.robot_ns)
                 if not wanted or (since.seconds, since.nanos) > (at.seconds, at.nanos):
                     continue
-                x, y, z = in_body(seen.body, seen.position)
-                where = se3(x, y, z, atan2(y, x))
+                camera, body_tform_camera, where = _as_detected(seen)
                 names = (f"fiducial_{tag}", f"filtered_fiducial_{tag}")
+                frames = {camera: ("body", body_tform_camera), **dict.fromkeys(names, ("body", where))}
                 found = response.world_objects.add(
                     id=tag,
                     name=f"world_obj_apriltag_{tag:03d}",
                     acquisition_time=at,
-                    transforms_snapshot=frame_tree(seen.body, dict.fromkeys(names, ("body", where))),
+                    transforms_snapshot=frame_tree(seen.body, frames),
                     object_lifetime=Duration(seconds=15),
                 )
                 mark = found.apriltag_properties
-                mark.tag_id, mark.dimensions.x, mark.dimensions.y = tag, TAG_M, TAG_M
+                mark.tag_id, mark.dimensions.x, mark.dimensions.y = tag, ROBOT_TAG_M, ROBOT_TAG_M
                 mark.frame_name_fiducial, mark.frame_name_fiducial_filtered = names
-                mark.frame_name_camera = "frontleft_fisheye"
+                mark.frame_name_camera = camera
                 mark.fiducial_pose_status = (
                     world_object_pb2.AprilTagProperties.STATUS_OK if tag in state.fiducials else state.tag_status
                 )
@@ -181,3 +184,19 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
     ) -> world_object_pb2.MutateWorldObjectResponse:
         answer = world_object_pb2.MutateWorldObjectResponse
         return answer(header=header_of(self._state, request), status=answer.STATUS_NO_PERMISSION)
+
+
+def _as_detected(seen: Sighting) -> tuple[str, geometry_pb2.SE3Pose, geometry_pb2.SE3Pose]:
+    """The camera that saw a tag, body_tform_camera, and body_tform_tag as the detector places it.
+
+    It takes each tag for one of ROBOT_TAG_M: a smaller one seems as much farther away along the line of sight.
+    """
+    tag = facing(in_body(seen.body, seen.position))
+    bearing = atan2(tag.y, tag.x)
+    body_cameras = {name: heading for name, heading in CAMERAS.items() if not name.startswith("hand")}
+    name = min(body_cameras, key=lambda n: abs(wrapped(bearing - body_cameras[n])))
+    camera = SE3Pose.from_proto(camera_mount(name))
+    at = camera.inverse().mult(tag)
+    stretch = ROBOT_TAG_M / seen.size_m
+    far = SE3Pose(x=at.x * stretch, y=at.y * stretch, z=at.z * stretch, rot=at.rot)
+    return camera_frame(name), camera_mount(name), camera.mult(far).to_proto()

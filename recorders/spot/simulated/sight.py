@@ -12,6 +12,7 @@ from workbench.tolerances import DEGENERATE
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import Container, ContainerId, FloorPlan
 from workbench.worlds.sites.site import Site
+from workbench.worlds.sites.survey_schema import ROBOT_TAG_M
 
 RANGE_M = 3.0
 CLOSED_RANGE_M = 0.6
@@ -29,6 +30,7 @@ class TaggedThing:
     container: ContainerId | None
     position: tuple[float, float, float]
     held: bool = False
+    size_m: float = ROBOT_TAG_M
 
 
 def thing_in(tag: int, container: Container, place: int) -> TaggedThing:
@@ -51,11 +53,16 @@ def in_hand(pose: Pose) -> tuple[float, float, float]:
 
 
 def sees(site: Site, pose: Pose, thing: TaggedThing) -> bool:
-    """Whether the robot at a pose detects the tag of an item."""
+    """Whether the detector of a robot at a pose detects the tag of an item; a smaller one only from nearer by."""
+    return shows(site, pose, thing, range_m=RANGE_M * min(1.0, thing.size_m / ROBOT_TAG_M))
+
+
+def shows(site: Site, pose: Pose, thing: TaggedThing, *, range_m: float = RANGE_M) -> bool:
+    """Whether a robot at a pose has the tag of an item in view, whichever way it looks."""
     if thing.held:
         return False
     spot = (thing.position[0], thing.position[1])
-    if hypot(spot[0] - pose.x_m, spot[1] - pose.y_m) > RANGE_M:
+    if hypot(spot[0] - pose.x_m, spot[1] - pose.y_m) > range_m:
         return False
     if thing.container is not None and _is_closed(site, thing.container):
         stand = next((p for n, p in _standing(site) if n == thing.container), None)

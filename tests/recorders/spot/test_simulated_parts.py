@@ -17,7 +17,6 @@ from spot_help import robot
 from recorders.certificate import Identity, new_identity
 from recorders.spot.client.connection import Credentials, RobotAddress, find_credentials
 from recorders.spot.client.odometer import WalkLog
-from recorders.spot.client.tags import read_tags, within
 from recorders.spot.client.time_source import SteppedClock
 from recorders.spot.run.operator import KeyboardOperator, StopSwitch
 from recorders.spot.session import foxglove
@@ -28,6 +27,8 @@ from recorders.spot.simulated.frames import frame_tree, pose_in_map, se3
 from recorders.spot.simulated.leases import LeaseBook
 from recorders.spot.simulated.robot import UntaggedItem, new_state
 from recorders.spot.simulated.sight import sees, thing_in
+from recorders.spot.tags.detections import place_on_map, robot_detections
+from recorders.spot.tags.item_places import within
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType, LocationId
@@ -330,6 +331,8 @@ def test_tags_are_read_from_raw_frames_with_the_status_of_their_pose(status: str
         mark.fiducial_pose_status = world_object_pb2.AprilTagProperties.AprilTagPoseStatus.Value(status)
         frames = {"raw": ("body", se3(1.0, 0.0, 0.0, 0.0)), "filtered": ("body", se3(2.0, 0.0, 0.0, 0.0))}
         found.transforms_snapshot.CopyFrom(frame_tree(spot.state.body, frames))
-        (sighting,) = read_tags([found], se3(0.0, 0.0, 0.0, 0.0), connection.clock)
+        (sighting,) = place_on_map(
+            robot_detections([found], connection.clock, {}), SE3Pose.from_proto(se3(0.0, 0.0, 0.0, 0.0))
+        )
     assert sighting.position[0] == pytest.approx(1.0)
     assert sighting.reliable is reliable

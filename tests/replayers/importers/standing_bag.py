@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from bag_writing import START_S, ros1_store, ros2_store
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 
 from workbench.worlds.house import LocationId
@@ -36,6 +36,8 @@ class Standing:
         linked: whether that frame is in tf.
         zero_until_s: header stamps are zero until then.
         map_yaw: turn of the map's rows in radians; None for no map.
+        pose_frame: frame of a topic of poses; "" for no such topic.
+        tf_until_s: transforms end then.
     """
 
     ros2: bool
@@ -46,16 +48,32 @@ class Standing:
     linked: bool = True
     zero_until_s: float = 0.0
     map_yaw: float | None = None
+    pose_frame: str = ""
+    tf_until_s: float = SECONDS
 
 
 class StandingBag:
-    """Writes the bag."""
+    """Writes the bag.
 
-    def __init__(self, path: Path, odd: Standing) -> None:
+    Args:
+        storage: of a bag of ROS 2.
+        packed: its messages are compressed one by one.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        odd: Standing,
+        *,
+        storage: StoragePlugin = StoragePlugin.MCAP,
+        packed: bool = False,
+    ) -> None:
         self.odd, self.path = odd, path
         self.store = ros2_store() if odd.ros2 else ros1_store()
         self.t = self.store.types
-        self.writer: Any = Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP) if odd.ros2 else Writer1(path)
+        self.writer: Any = Writer2(path, version=9, storage_plugin=storage) if odd.ros2 else Writer1(path)
+        if packed:
+            self.writer.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
 
     def write(self, site: Site) -> Path:
         pose = site.paths.standing_pose(LocationId("countertop"))
@@ -75,12 +93,17 @@ class StandingBag:
                 fixed,
                 self._links(-self.odd.static_age_s, ("map", "odom", 0.0, 0.0, 0.0)),
             )
-            messages = [static]
+            messages, posed = [static], fixed
             for at in moments:
                 body = [("odom", "base_link", x, y, yaw)]
                 if self.odd.linked:
                     body.append(("base_link", "camera", 0.0, 0.0, 0.0))
-                messages += [(at, links, self._links(at, *body)), (at, tags, self._markers(at, seen))]
+                messages.append((at, tags, self._markers(at, seen)))
+                if at < self.odd.tf_until_s:
+                    messages.insert(len(messages) - 1, (at, links, self._links(at, *body)))
+                if self.odd.pose_frame:
+                    posed = self._channel("/amcl_pose", "geometry_msgs/msg/PoseStamped") if at == 0 else posed
+                    messages.append((at, posed, self._posed(at, x, y, yaw)))
             if self.odd.map_yaw is not None:
                 messages.append((0.0, self._channel("/map", "nav_msgs/msg/OccupancyGrid"), self._map()))
             for at, channel, message in sorted(messages, key=lambda each: each[0]):
@@ -122,6 +145,10 @@ class StandingBag:
         return self.t["geometry_msgs/msg/Pose"](
             position=self.t["geometry_msgs/msg/Point"](x=x, y=y, z=z), orientation=self._turn(yaw)
         )
+
+    def _posed(self, at: float, x: float, y: float, yaw: float) -> Any:
+        pose = self._pose(x, y, 0.0, yaw)
+        return self.t["geometry_msgs/msg/PoseStamped"](header=self._header(at, self.odd.pose_frame), pose=pose)
 
     def _markers(self, at: float, seen: tuple[float, float, float]) -> Any:
         stamped = self.t["geometry_msgs/msg/PoseStamped"](header=self._header(at, ""), pose=self._pose(*seen, 0.0))

@@ -123,6 +123,37 @@ def test_the_table_names_looks_detections_transforms_and_clock(
         assert row in out
 
 
+def test_a_pose_topic_in_a_frame_that_is_nowhere_is_told_by_name(ros2: bool, answer_of: Import) -> None:
+    """The robot is placed by tf; the poses of another map are not taken for it."""
+    answer, log = answer_of(Standing(ros2=ros2, pose_frame="vicon_world"))
+    assert answer["poses_not_placed"] == {"/amcl_pose in frame vicon_world": 75}
+    assert contents(log) == {"countertop": ["WaterBottle"]}
+
+
+def test_a_pose_topic_alone_in_a_frame_that_is_nowhere_is_refused_by_name(
+    ros2: bool, site: Site, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = Standing(ros2=ros2, pose_frame="vicon_world", tf_until_s=0.0)
+    bag = StandingBag(tmp_path / ("bag" if ros2 else "a.bag"), odd).write(site)
+    log = tmp_path / "log.mcap"
+    assert lios(["import", str(bag), "--site", "paper_home", "-m", "paper", "-s", "none", "-o", str(log)]) == 2
+    assert "/amcl_pose in frame vicon_world" in capsys.readouterr().err
+    assert not log.exists()
+
+
+def test_detections_placed_by_old_transforms_are_counted_as_late(
+    ros2: bool, site: Site, tmp_path: Path, answer_of: Import, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Transforms end after four of fifteen seconds: those of the last ten are more than a second old."""
+    odd = Standing(ros2=ros2, tf_until_s=4.0)
+    answer, _ = answer_of(odd)
+    assert answer["detections"]["late"] == 50
+    bag = next(path for path in tmp_path.iterdir() if path.name in ("bag", "a.bag"))
+    table = ["import", str(bag), "--site", "paper_home", "-m", "paper", "-s", "none", "-o", str(tmp_path / "t.mcap")]
+    assert lios(table) == 0
+    assert "detections, placed late" in capsys.readouterr().out
+
+
 def test_a_bag_of_a_new_place_needs_no_site_and_makes_a_draft_with_its_own_map(
     ros2: bool, site: Site, tmp_path: Path
 ) -> None:

@@ -134,7 +134,7 @@ def test_files_of_one_bag_that_overlap_in_time_are_merged(
     with open_bag(folder) as opened:
         stamps = [message.stamp_ns for message in opened.messages(opened.topics)]
     assert stamps == sorted(stamps)
-    assert answer_of(folder, tmp_path, capsys)["detections"]["placed"] >= 74, "one is as old as the first tf"
+    assert answer_of(folder, tmp_path, capsys)["detections"]["placed"] == 75
 
 
 def test_a_killed_recording_gets_the_way_out_and_that_way_works(
@@ -173,3 +173,19 @@ def test_a_file_without_messages_and_one_of_no_ros_are_named(recorded: Path, tmp
         writer.finish()
     with pytest.raises(NotABag, match=r"profile 'mine': no topic is ROS's"), open_bag(other):
         pass
+
+
+def test_a_mapped_topic_in_another_encapsulation_is_refused_by_name(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def as_xcdr2(found: Messages) -> Messages:
+        for _, _, message in found:
+            message.data = b"\0\x07" + message.data[2:]
+        return found
+
+    bag = rewritten(recorded, tmp_path / "x.mcap", arrange=as_xcdr2)
+    assert lios(["import", str(bag), "--site", "paper_home", "-m", "paper", "-o", str(tmp_path / "o.mcap")]) == 2
+    told = capsys.readouterr().err
+    assert "/tf" in told
+    assert "XCDR2 (0x0007)" in told
+    assert not (tmp_path / "o.mcap").exists()

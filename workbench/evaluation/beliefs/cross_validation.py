@@ -5,13 +5,14 @@ from __future__ import annotations
 from workbench.beliefs.estimators import estimator
 from workbench.beliefs.training.train import TRAINERS
 from workbench.errors import BadValue
-from workbench.evaluation.beliefs.fold_weights import Folds, Watched, make_folds, require_trainable, trained_per_fold
+from workbench.evaluation.beliefs.fold_training import Watched, trained_per_fold, unwatched
+from workbench.evaluation.beliefs.fold_weights import Folds, make_folds, require_trainable
 from workbench.evaluation.beliefs.metrics import QueryResult, evaluate_estimator
 from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest, belief_seconds, report_of
 from workbench.plugins import NameOrigin
 
 
-def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = iter) -> BeliefReport:
+def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = unwatched) -> BeliefReport:
     """Train every estimator once per fold and evaluate it on the houses of that fold.
 
     Args:

@@ -7,28 +7,19 @@ training set.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-from workbench.beliefs.training.train import TRAINERS, TrainingSet, houses_sha256, train
-from workbench.beliefs.weights import read_weights
-from workbench.errors import BadValue, InputError, UnknownName
+from workbench.beliefs.training.train import TRAINERS, TrainingSet
+from workbench.errors import BadValue, UnknownName
 from workbench.evaluation.beliefs.training_sets import training_set_of
-from workbench.files import atomic
 from workbench.worlds.house import House
 
 HELD_OUT = 0.1
 """Share of a file without splits that is held out to decide when training stops; it is not evaluated."""
 
 ENCODER = "all-MiniLM-L6-v2"
-
-Training = tuple[str, int]
-"""An estimator's name and a fold."""
-
-Watched = Callable[[Iterable[Training]], Iterable[Training]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,14 +61,26 @@ def folds_from_options(count: int | None, also: Sequence[Path] | None) -> Folds 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FoldSource:
+    """What makes a split: the same source gives the same split everywhere. The arguments are those of make_folds."""
+
+    path: Path
+    folds: Folds
+    assets: Path | None
+    seed: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FoldSplit:
     """Houses split into folds round-robin.
 
     Attributes:
+        source: what it was made of.
         own: houses used for training and evaluation.
         also: houses used for training only.
     """
 
+    source: FoldSource
     own: TrainingSet
     also: TrainingSet | None
     count: int
@@ -136,7 +139,8 @@ def make_folds(path: Path, folds: Folds, *, assets: Path | None, seed: int) -> F
     if len(own.houses) < folds.count:
         raise BadValue("--folds", folds.count, f"at most {len(own.houses)}, the number of houses to learn from")
     _require_disjoint(own, also)
-    return FoldSplit(own=own, also=also, count=folds.count)
+    source = FoldSource(path=path, folds=folds, assets=assets, seed=seed)
+    return FoldSplit(source=source, own=own, also=also, count=folds.count)
 
 
 def require_trainable(names: Iterable[str]) -> None:
@@ -148,52 +152,6 @@ def require_trainable(names: Iterable[str]) -> None:
     for name in names:
         if name not in TRAINERS:
             raise UnknownName("estimator to train", name, TRAINERS)
-
-
-@contextmanager
-def trained_per_fold(
-    names: Iterable[str], dealt: FoldSplit | None, output: Path | None, *, watched: Watched = iter
-) -> Generator[Believers]:
-    """A context with estimators retrained for each fold; without folds, with the estimators as they are.
-
-    Args:
-        output: keeps the weights in OUTPUT/weights for reuse; None discards them.
-        watched: wraps the trainings, for a progress bar.
-
-    Raises:
-        UnknownName: an estimator cannot be trained.
-    """
-    if dealt is None:
-        yield Believers()
-    elif output is not None:
-        yield _believers(names, dealt, output / "weights", watched)
-    else:
-        with TemporaryDirectory() as temporary:
-            yield _believers(names, dealt, Path(temporary), watched)
-
-
-def _believers(names: Iterable[str], dealt: FoldSplit, folder: Path, watched: Watched) -> Believers:
-    """Weights NAME-FOLD-of-COUNT.safetensors; files of the same training are reused."""
-    chosen = tuple(dict.fromkeys(names))
-    require_trainable(chosen)
-    weights: dict[str, list[str]] = {name: [] for name in chosen}
-    for name, fold in watched([(name, fold) for name in chosen for fold in range(dealt.count)]):
-        path = (folder / f"{name}-{fold}-of-{dealt.count}.safetensors").absolute()
-        lesson = dealt.training_set(fold)
-        if not _is_weights_of(path, name, lesson):
-            with atomic(path) as draft:
-                train(name, lesson, draft)
-        weights[name].append(str(path))
-    return Believers(weights={k: tuple(v) for k, v in weights.items()}, fold_of=dealt.fold_of())
-
-
-def _is_weights_of(path: Path, name: str, lesson: TrainingSet) -> bool:
-    """Whether a file holds the weights of this estimator and this training set."""
-    try:
-        header = read_weights(path, estimator=name).header
-    except InputError:
-        return False
-    return header.seed == lesson.seed and header.houses_sha256 == houses_sha256(lesson.houses)
 
 
 def _lesson(files: Sequence[Path], *, assets: Path | None, seed: int) -> TrainingSet:

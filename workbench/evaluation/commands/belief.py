@@ -73,7 +73,9 @@ def belief(
     else:
         from workbench.evaluation.beliefs.cross_validation import cross_validate
 
-        report = cross_validate(request, dealt, watched=lambda them: progress(list(them), title="Training"))
+        report = cross_validate(
+            request, dealt, watched=lambda them, total: progress(them, title="Training", total=total)
+        )
     if figures is not None:
         report.answer["figures"] = _draw(request, report, figures, items)
     emit_json(report.answer) if json else _show(report.answer)

@@ -30,7 +30,7 @@ policies = _lister("policies", "--policies takes", 'Yours: module:function or mo
 estimators = _lister(
     "estimators",
     "--estimator takes",
-    'Yours: module:Class (see "lios new estimator"), or a .safetensors of lios train.',
+    'Yours: module:Class (see "lios new estimator"), a .safetensors of lios train, or a .prompt.',
 )
 scenarios = _lister(
     "scenarios", "--scenario and --scenarios take", "Yours: a task file, lios record --task FILE.yaml."

@@ -5,24 +5,39 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import AssetsOrBeside, Force, Json
+from workbench.options import AlsoLearnt, AssetsOrBeside, Force, Json, Scheduler, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from workbench.beliefs.training.train import TrainingSet, Watch
+    from workbench.evaluation.beliefs.fold_weights import Folds
+    from workbench.evaluation.cluster import Workforce
 
 
+PEOPLE = "people"
+"""The estimator that is made from votes instead of houses."""
 ENCODER = "encoder"
 """The name that writes vectors of names, like the shipped ones, instead of training an estimator."""
 
 
 def train(
-    houses: Annotated[list[Path], Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")],
+    houses: Annotated[
+        list[Path] | None, Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")
+    ] = None,
     estimator: Annotated[
-        str, Option("--estimator", "-e", help="counts, fcnn or best; or encoder, for vectors of names.")
+        str, Option("--estimator", "-e", help="counts, fcnn, best; people, of votes; encoder, for vectors of names.")
     ] = "best",
+    votes: Annotated[
+        Path | None,
+        Option("--votes", help="For people: a table of votes (CSV) with object, room, receptacle and three counts."),
+    ] = None,
     output: Annotated[
-        Path | None, Option("--output", "-o", help="The weights file to write; default: ESTIMATOR.safetensors.")
+        Path | None,
+        Option(
+            "--output",
+            "-o",
+            help="The weights file to write; default: ESTIMATOR.safetensors. With --folds a folder, ESTIMATOR-folds.",
+        ),
     ] = None,
     encoder: Annotated[
         str, Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
@@ -32,6 +47,13 @@ def train(
     hold_out: Annotated[
         float, Option("--hold-out", help="Share of houses held out, for files without splits.")
     ] = 0.1,
+    folds: Annotated[
+        int | None,
+        Option("--folds", help="Train once for each fold, without its houses, for evaluations with --folds."),
+    ] = None,
+    also: AlsoLearnt = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = "",
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -47,6 +69,10 @@ def train(
         lios train --houses mine.jsonl.gz --estimator fcnn --seed 3 -o mine.safetensors
 
         lios train --houses mine.jsonl.gz --estimator encoder -o vectors.safetensors
+
+        lios train --houses mine.jsonl.gz --folds 5 --scheduler tcp://10.0.0.1:8786 -o folds
+
+        lios train --estimator people --votes housekeep_placement.csv.gz -o people.safetensors
     """
     from secrets import randbelow
     from time import perf_counter
@@ -54,12 +80,26 @@ def train(
     from workbench.beliefs.training.train import TRAINERS
     from workbench.beliefs.training.train import train as run
     from workbench.errors import BadValue, OutputExists, UnknownName
+    from workbench.evaluation.beliefs.fold_weights import folds_from_options
     from workbench.evaluation.beliefs.training_sets import training_set_of
+    from workbench.evaluation.cluster import Workforce
     from workbench.terminal import say
 
+    if folds is not None or also:
+        wanted = folds_from_options(folds, also)
+        made = _train_folds(
+            houses or [], estimator, wanted, output, (assets, seed), Workforce(workers, scheduler), force
+        )
+        _answer_folds(made, as_json=json)
+        return
+    if scheduler:
+        raise BadValue("--scheduler", scheduler, "given with --folds; one training runs in one process")
     target = output or Path(f"{estimator}.safetensors")
-    if estimator != ENCODER and estimator not in TRAINERS:
-        raise UnknownName("estimator to train", estimator, (*TRAINERS, ENCODER))
+    if estimator not in (*TRAINERS, ENCODER, PEOPLE):
+        raise UnknownName("estimator to train", estimator, (*TRAINERS, PEOPLE, ENCODER))
+    if (votes is not None) != (estimator == PEOPLE) or bool(houses) == (estimator == PEOPLE):
+        needed = "given, and --houses not" if estimator == PEOPLE else "left out, and --houses given"
+        raise BadValue(f"--votes for {estimator}", None if votes is None else str(votes), needed)
     if not 0 < hold_out < 1:
         raise BadValue("--hold-out", hold_out, "between 0 and 1")
     if seed is not None and seed >= 2**63:
@@ -68,6 +108,10 @@ def train(
         raise OutputExists(target)
     if not target.absolute().parent.is_dir():
         raise BadValue("folder of -o/--output", str(target.absolute().parent), "a folder that exists")
+    if votes is not None:
+        _count_votes(votes, encoder, target, as_json=json)
+        return
+    assert houses, "checked with the votes"
     if estimator == ENCODER:
         _encode(houses, encoder, target, as_json=json)
         return
@@ -77,6 +121,65 @@ def train(
     begin = perf_counter()
     weights = _watched(run, estimator, lesson, target)
     _answer(weights, perf_counter() - begin, as_json=json)
+
+
+def _train_folds(
+    houses: list[Path],
+    estimator: str,
+    folds: Folds | None,
+    output: Path | None,
+    setting: tuple[Path | None, int | None],
+    on: Workforce,
+    force: bool,
+) -> tuple[str, ...]:
+    """Train for each fold; what an earlier call has made of the same houses is kept.
+
+    Args:
+        setting: the asset table and the seed, which is 0 by default as that of evaluations.
+    """
+    from workbench.errors import BadValue
+    from workbench.evaluation.beliefs.fold_training import train_folds
+    from workbench.evaluation.beliefs.fold_weights import make_folds, require_trainable
+    from workbench.terminal import progress, say
+
+    assets, seed = setting
+    require_trainable([estimator])
+    if folds is None or len(houses) != 1:
+        given = " ".join(map(str, houses)) or None
+        raise BadValue("--houses", given, "one file with --folds; give further training houses with --also")
+    dealt = make_folds(houses[0], folds, assets=assets, seed=seed or 0)
+    folder = output or Path(f"{estimator}-folds")
+    say(f"{len(dealt.own.houses)} houses in {folds.count} folds, seed {seed or 0}")
+    made = train_folds(
+        [estimator],
+        dealt,
+        folder,
+        watched=lambda trained, total: progress(trained, title="Training", total=total),
+        on=on,
+        anew=force,
+    )
+    return made.weights[estimator]
+
+
+def _answer_folds(files: tuple[str, ...], *, as_json: bool) -> None:
+    from workbench.terminal import emit_json, say
+
+    if as_json:
+        emit_json({"files": list(files)})
+        return
+    say(f"{len(files)} weights: {files[0]} and so on")
+
+
+def _count_votes(votes: Path, encoder: str, target: Path, *, as_json: bool) -> None:
+    """Write the weights of the estimator that goes by people's votes."""
+    from time import perf_counter
+
+    from workbench.beliefs.encoder import text_encoder
+    from workbench.beliefs.people.votes import write_votes
+
+    begin = perf_counter()
+    weights = write_votes(votes, target, text_encoder(encoder))
+    _answer(weights, perf_counter() - begin, as_json=as_json)
 
 
 def _encode(houses: list[Path], encoder: str, target: Path, *, as_json: bool) -> None:

@@ -6,18 +6,15 @@ A trial depends only on its house, item type and policy, so the number of worker
 from __future__ import annotations
 
 import hashlib
-import os
-from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 
 from workbench.beliefs.belief import Estimator
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.beliefs.fold_weights import Believers
+from workbench.evaluation.cluster import run_in_order
 from workbench.evaluation.search.missed_looks import START_OVER, MissedLooks, search_with_misses
 from workbench.evaluation.search.table import GREEDY
 from workbench.evaluation.search.trials import (
@@ -29,16 +26,12 @@ from workbench.evaluation.search.trials import (
     queries,
 )
 from workbench.plugins import NameOrigin
-from workbench.process_pool import process_pool
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.search.policies.oracle import oracle_policy
 from workbench.search.policies.registry import WHERE_LOOKS_MISS, canonical_policy, policy, policy_names
 from workbench.worlds.house import Contents, FloorPlan, House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.travel import TravelCosts
-
-WAITING_A_WORKER = 3
-"""Houses queued ahead, which bounds memory."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,12 +116,14 @@ def run_experiment(
     *,
     asked: Mapping[str, tuple[ItemType, ...]] | None = None,
     workers: int = 1,
+    scheduler: str = "",
 ) -> Iterator[HouseResult]:
     """Every policy on every query of every house, in the houses' order.
 
     Args:
         asked: item types by house; None for all. Houses without an entry are left out.
         workers: number of processes; 1 runs in this process.
+        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
 
     Raises:
         BadValue: fewer than one worker.
@@ -137,17 +132,7 @@ def run_experiment(
         raise BadValue("workers", workers, "at least 1")
     chosen = ((house, None if asked is None else asked.get(house.plan.name, ())) for house in houses)
     jobs = ((experiment, h.plan, dict(h.contents), items) for h, items in chosen if items is None or items)
-    if workers == 1:
-        yield from (_house(*job) for job in jobs)
-        return
-    with process_pool(workers, initializer=_one_thread) as pool:
-        waiting: deque[Future[HouseResult]] = deque()
-        for job in jobs:
-            waiting.append(pool.submit(_house, *job))
-            if len(waiting) >= workers * WAITING_A_WORKER:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+    yield from run_in_order(_house_of, jobs, workers=workers, scheduler=scheduler)
 
 
 def draw_queries(houses: Iterable[House], count: int, *, rng: np.random.Generator) -> dict[str, tuple[ItemType, ...]]:
@@ -181,6 +166,10 @@ def _checked(name: str) -> str:
     base = base_policy(name)
     policy(base, origin=NameOrigin.USER)
     return (canonical_policy(base) or base) + name[len(base) :]
+
+
+def _house_of(job: tuple[Experiment, FloorPlan, Contents, tuple[ItemType, ...] | None]) -> HouseResult:
+    return _house(*job)
 
 
 def _house(
@@ -221,14 +210,7 @@ def _trials_with_misses(
     return trials
 
 
-@lru_cache(maxsize=32)
 def _estimator(name: str) -> Estimator:
     from workbench.beliefs.estimators import estimator
 
     return estimator(name, origin=NameOrigin.USER)
-
-
-def _one_thread() -> None:
-    """Limit a worker to one thread, since the processes share the cores already."""
-    for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ[name] = "1"

@@ -58,6 +58,7 @@ class SearchRequest:
         policies: names, or ("all",).
         queries: "all", or how many to draw.
         part: part of a shared file (evaluation/splits.py); ignored with folds.
+        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` here.
         folds: cross-validation over the training houses, each evaluated with weights trained without it.
         miss_rate: the chance that a look misses an item.
 
@@ -73,6 +74,7 @@ class SearchRequest:
     paper_estimator: str = "fcnn"
     search_cost: float = 0.0
     workers: int = 1
+    scheduler: str = ""
     seed: int = 0
     assets: Path | None = None
     folds: Folds | None = None
@@ -177,7 +179,15 @@ def measure(request: SearchRequest, *, believers: Believers | None = None, watch
     experiment = replace(request.experiment(), believers=believers or Believers())
     began = time.perf_counter()
     results = list(
-        watched(run_experiment(experiment, request.chosen_houses(), asked=request.asked(), workers=request.workers))
+        watched(
+            run_experiment(
+                experiment,
+                request.chosen_houses(),
+                asked=request.asked(),
+                workers=request.workers,
+                scheduler=request.scheduler,
+            )
+        )
     )
     trials = tuple(trial for result in results for trial in result.trials)
     skipped = tuple((result.house, result.skipped) for result in results if result.skipped)

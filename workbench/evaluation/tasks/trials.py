@@ -104,7 +104,7 @@ def supported_houses(
     refused: list[ScenarioUnsupported] = []
     for index in indices:
         try:
-            house, navigation = _house(houses, index, assets)
+            house, navigation = house_of(houses, index, assets)
             scenario_start(scenario, house, seed=seed, travel=navigation.travel)
             fine.append(index)
         except ScenarioUnsupported as refusal:
@@ -143,7 +143,7 @@ def prepare_trial(
     Raises:
         ScenarioUnsupported: no seed works.
     """
-    house, navigation = _house(key.houses, key.house_index, assets)
+    house, navigation = house_of(key.houses, key.house_index, assets)
     for attempt in range(50):
         seed = (key.seed + attempt) % 2**63
         try:
@@ -219,6 +219,6 @@ def _row(
 
 
 @lru_cache(maxsize=8)
-def _house(houses: str, index: int, assets: Path | None) -> tuple[House, Navigation]:
+def house_of(houses: str, index: int, assets: Path | None) -> tuple[House, Navigation]:
     house = load_house(f"{houses}:{index}", assets=assets)
     return house, navigate(house.plan)

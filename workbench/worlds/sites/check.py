@@ -15,6 +15,8 @@ from workbench.worlds.sites.paths import SiteNavigation
 from workbench.worlds.sites.ros_map import read_survey_map
 from workbench.worlds.sites.site import Site
 
+SMALL_TAG_M = 0.07
+"""Side in metres below which Spot's own detector, which sees a tag of 0.146 m from 3 m, needs to be close."""
 Level = Literal["error", "warning", "note"]
 ORDER: tuple[Level, ...] = ("error", "warning", "note")
 
@@ -100,7 +102,16 @@ def _map(site: Site) -> Iterator[SiteFinding]:
             what="there is none; ways are drawn as straight lines and other starts cannot be used",
             fix="Add map: with the YAML of map_saver",
         )
-    grey = 0 if site.file.map is None else read_survey_map(site.path.parent / site.file.map).grey_read_as_free
+    surveyed = None if site.file.map is None else read_survey_map(site.path.parent / site.file.map)
+    if surveyed is not None and surveyed.read_otherwise:
+        yield SiteFinding(
+            level="warning",
+            where="map",
+            what=f"{surveyed.read_otherwise} cells are free by one release of map_server and not by another "
+            "(equal to a threshold, transparent, or coloured)",
+            fix="Save the map as plain grey, and choose thresholds that no grey of it equals",
+        )
+    grey = 0 if surveyed is None else surveyed.grey_read_as_free
     if grey:
         yield SiteFinding(
             level="warning",
@@ -153,6 +164,14 @@ def _tags(site: Site) -> Iterator[SiteFinding]:
             where="tags",
             what="no item has a tag, so a robot recognises nothing",
             fix="Add tags: with the fiducial's number, the item and its type",
+        )
+    small = [n for n, tag in site.file.tags.items() if tag.size_m < SMALL_TAG_M]
+    if small and site.file.detector.kind == "robot":
+        yield SiteFinding(
+            level="warning",
+            where="tags",
+            what=f"{len(small)} are too small for Spot's own detector beyond 1.4 m (first: {small[0]})",
+            fix="Add detector: {kind: opencv}, and give tags their size_m",
         )
     for number, item in site.tags.items():
         word = vocabulary().get(item.type)

@@ -17,7 +17,14 @@ import numpy as np
 from workbench.errors import FileMissing, MalformedFile
 from workbench.worlds.maps.occupancy import OccupancyGrid
 from workbench.worlds.maps.rotated_grid import axis_aligned, is_occupied
-from workbench.worlds.sites.map_pixels import GreyPixels, MapMode, PixelRules, cell_values, grey_pixels
+from workbench.worlds.sites.map_pixels import (
+    GreyPixels,
+    MapMode,
+    PixelRules,
+    cell_values,
+    cell_values_since_2025,
+    grey_pixels,
+)
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -47,10 +54,12 @@ class SurveyMap:
         grid: the occupancy grid, axis-aligned, unknown cells occupied.
         grey_read_as_free: cells of the grey that map savers write for unknown (205) which the file's thresholds call
             free.
+        read_otherwise: cells that are free by one release of map_server and not by another.
     """
 
     grid: OccupancyGrid
     grey_read_as_free: int
+    read_otherwise: int = 0
 
 
 def read_map(path: Path) -> OccupancyGrid:
@@ -80,7 +89,8 @@ def read_survey_map(path: Path) -> SurveyMap:
     )
     grey = np.rint(pixels.brightness * 255) == UNKNOWN
     free = int((grey & ~is_occupied(values)).sum()) if rules.mode != "raw" else 0
-    return SurveyMap(grid=grid, grey_read_as_free=free)
+    differ = is_occupied(values) != is_occupied(cell_values_since_2025(pixels, rules))
+    return SurveyMap(grid=grid, grey_read_as_free=free, read_otherwise=int(differ.sum()))
 
 
 def write_map(grid: OccupancyGrid, path: Path) -> None:

@@ -6,7 +6,7 @@ Lengths are in metres and headings in degrees, as a surveyor writes them; the co
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -15,6 +15,8 @@ from workbench.worlds.geometry import Point
 from workbench.worlds.sites.ros_map import read_yaml
 
 SITE_VERSION = 1
+ROBOT_TAG_M = 0.146
+"""The side of a fiducial in metres that Spot's own detector expects (Spot SDK, "Fiducials")."""
 
 Metres = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=120)]
@@ -65,8 +67,23 @@ class ContainerEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
 
 class TagEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """size_m is the side of the tag's black square, without the white around it."""
+
     item: Name
     type: Name
+    size_m: Annotated[float, msgspec.Meta(gt=0.0, le=2.0)] = ROBOT_TAG_M
+
+
+class DetectorEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What finds the tags of items: the robot's own detector, or OpenCV's in pictures of these image sources."""
+
+    kind: Literal["robot", "opencv"] = "robot"
+    cameras: Annotated[tuple[Name, ...], msgspec.Meta(min_length=1, max_length=12)] = (
+        "hand_color_image",
+        "frontleft_fisheye_image",
+        "frontright_fisheye_image",
+    )
+    family: Literal["36h11", "36h10", "25h9", "16h5"] = "36h11"
 
 
 class RobotEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -102,6 +119,7 @@ class SiteFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     walls: tuple[WallEntry, ...] = ()
     doors: tuple[DoorEntry, ...] = ()
     tags: dict[int, TagEntry] = {}
+    detector: DetectorEntry = DetectorEntry()
     robot: RobotEntry = RobotEntry()
     frames: FrameEntry = FrameEntry()
     travel: TravelEntry | None = None

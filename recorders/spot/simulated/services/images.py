@@ -5,6 +5,7 @@ from __future__ import annotations
 import grpc
 import numpy as np
 from bosdyn.api import image_pb2, image_service_pb2_grpc
+from bosdyn.client.math_helpers import SE3Pose
 
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.camera import (
@@ -14,12 +15,16 @@ from recorders.spot.simulated.camera import (
     FIELD_RAD,
     RAYS,
     ROWS,
+    DrawnTag,
+    camera_frame,
+    camera_mount,
     depth_picture,
     draw,
     jpeg,
 )
-from recorders.spot.simulated.frames import frame_tree, optical, stamp
+from recorders.spot.simulated.frames import frame_tree, in_body, stamp
 from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.tag_drawing import facing
 
 DEPTH_SOURCE = "frontleft_depth"
 DEPTH_HEADING_RAD = CAMERAS["frontleft_fisheye_image"]
@@ -42,9 +47,10 @@ class Images(image_service_pb2_grpc.ImageServiceServicer):
     ) -> image_pb2.GetImageResponse:
         with self._state.alive() as state:
             pose, now = state.body.pose, stamp(state.clock.robot_ns())
-            headings = {**CAMERAS, DEPTH_SOURCE: DEPTH_HEADING_RAD}
-            tree = frame_tree(state.body, {_frame(n): ("body", optical(0.3, 0, 0, a)) for n, a in headings.items()})
-            tags = [t.position for t in state.things if t.tag in state.sightings]
+            mounted = {camera_frame(name): ("body", camera_mount(name)) for name in CAMERAS}
+            mounted[camera_frame(DEPTH_SOURCE)] = mounted["frontleft_fisheye"]
+            tree = frame_tree(state.body, mounted)
+            tags = [(t.tag, t.size_m, facing(in_body(state.body, t.position))) for t in state.tags_in_view()]
             grid = state.site.grid
         response = image_pb2.GetImageResponse(header=header_of(self._state, request))
         for wanted in request.image_requests:
@@ -52,7 +58,7 @@ class Images(image_service_pb2_grpc.ImageServiceServicer):
             name = wanted.image_source_name
             answer.shot.acquisition_time.CopyFrom(now)
             answer.shot.transforms_snapshot.CopyFrom(tree)
-            answer.shot.frame_name_image_sensor = _frame(name)
+            answer.shot.frame_name_image_sensor = camera_frame(name)
             if name == DEPTH_SOURCE:
                 answer.source.CopyFrom(_depth_source())
                 depth = depth_picture(grid, pose, DEPTH_HEADING_RAD)
@@ -67,7 +73,9 @@ class Images(image_service_pb2_grpc.ImageServiceServicer):
                 )
             elif name in _cameras(self._state):
                 answer.source.CopyFrom(_source(name))
-                picture = draw(grid, pose, CAMERAS[name], tags, colour=name.startswith("hand"))
+                camera = SE3Pose.from_proto(camera_mount(name)).inverse()
+                drawn = [DrawnTag(number=n, size_m=m, camera_tform_tag=camera.mult(tag)) for n, m, tag in tags]
+                picture = draw(grid, pose, CAMERAS[name], drawn, colour=name.startswith("hand"))
                 data, cols, rows = jpeg(picture, quality=int(wanted.quality_percent or 75), ratio=wanted.resize_ratio)
                 answer.shot.image.CopyFrom(
                     image_pb2.Image(
@@ -85,10 +93,6 @@ class Images(image_service_pb2_grpc.ImageServiceServicer):
 
 def _cameras(state: RobotState) -> tuple[str, ...]:
     return tuple(name for name in CAMERAS if state.site.robot.arm or not name.startswith("hand"))
-
-
-def _frame(name: str) -> str:
-    return name.removesuffix("_image")
 
 
 def _pixels(name: str) -> image_pb2.Image.PixelFormat.ValueType:

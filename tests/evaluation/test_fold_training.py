@@ -12,7 +12,7 @@ from workbench.beliefs import estimators
 from workbench.beliefs.training.train import TrainingSet
 from workbench.beliefs.weights import read_weights
 from workbench.cli import run
-from workbench.evaluation.beliefs import fold_weights
+from workbench.evaluation.beliefs import fold_training
 from workbench.evaluation.search import experiment as search_experiment
 from workbench.evaluation.tasks import trials as task_trials
 from workbench.evaluation.tasks.rows import read_rows
@@ -27,14 +27,14 @@ COUNTS = ["--estimator", "counts", "--paper-estimator", "counts"]
 def lessons(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
     """Of every weights file that is trained: the houses that it learnt from."""
     told: dict[str, set[str]] = {}
-    train = fold_weights.train
+    train = fold_training.train
 
     def trained(name: str, lesson: TrainingSet, path: Path) -> Any:
         weights = train(name, lesson, path)
         told[weights.sha256] = {h.plan.name for h in (*lesson.houses, *lesson.held_out)}
         return weights
 
-    monkeypatch.setattr(fold_weights, "train", trained)
+    monkeypatch.setattr(fold_training, "train", trained)
     return told
 
 
@@ -137,3 +137,41 @@ def test_a_weights_file_is_read_once_for_many_trials(tmp_path: Path) -> None:
     assert task_trials.estimator_named(str(path), origin=NameOrigin.USER) is first
     path.write_bytes(estimators.shipped_weights("fcnn").read_bytes())
     assert task_trials.estimator_named(str(path), origin=NameOrigin.USER).name.startswith("fcnn@")
+
+
+def test_weights_trained_beforehand_are_those_of_the_evaluation(
+    lessons: dict[str, set[str]], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """`lios train --folds` makes what an evaluation with the same folds would make, which then uses it."""
+    houses = ["--houses", str(tmp_path / "mine.jsonl")]
+    assert run(["houses", "generate", "--count", "6", "--seed", "7", "-o", houses[1]]) == 0
+    made = ["train", *houses, "-e", "counts", "--folds", "3", "-o", str(tmp_path / "out" / "weights"), "--json"]
+    capfd.readouterr()
+    assert run(made) == 0
+    files = json.loads(capfd.readouterr().out)["files"]
+    assert [Path(file).name for file in files] == [f"counts-{k}-of-3.safetensors" for k in range(3)]
+    assert len(lessons) == 3
+    lessons.clear()
+    assert run(made) == 0
+    assert run([*SEARCH, *COUNTS, *houses, "--folds", "3", "-o", str(tmp_path / "out"), "--force"]) == 0
+    assert not lessons
+    assert run([*made, "--force"]) == 0
+    assert len(lessons) == 3
+    capfd.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--folds", "1"], "--folds is 1"),
+        (["--also", "other.jsonl"], "given with --folds"),
+        (["--folds", "3", "--houses", "other.jsonl"], "one file with --folds"),
+        (["--folds", "3", "-e", "encoder"], "estimator to train"),
+        (["--scheduler", "local"], "given with --folds"),
+    ],
+)
+def test_training_for_folds_refuses_in_one_line(
+    arguments: list[str], said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["train", "--houses", "mine.jsonl", *arguments]) == 2
+    assert said in capfd.readouterr().err.replace("\n", " ")

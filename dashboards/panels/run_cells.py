@@ -1,0 +1,72 @@
+"""Panel of an evaluation's cells: the mean cost of each strategy in each scenario; a click lists a cell's runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from dashboards.panels.markup import command, html, name, number
+from dashboards.panels.runs import RunRow
+
+MAX_SIDE = 24
+"""Strategies, and scenarios, that have a row or a column."""
+
+
+def run_cells(rows: Sequence[RunRow]) -> Markup:
+    """A row for each strategy, a column for each scenario; nothing where one of them is the same everywhere."""
+    strategies = sorted({row.strategy for row in rows})
+    scenarios = sorted({row.scenario for row in rows})
+    if len(strategies) < 2 or len(scenarios) < 2:
+        return Markup("")
+    cells: dict[tuple[str, str], list[RunRow]] = {}
+    for row in rows:
+        cells.setdefault((row.strategy, row.scenario), []).append(row)
+    shown = scenarios[:MAX_SIDE]
+    head = Markup("").join(html('<th class="n">{}</th>', name(scenario, most=16)) for scenario in shown)
+    best = {scenario: _least([cells.get((t, scenario), []) for t in strategies]) for scenario in shown}
+    lines = Markup("").join(
+        html(
+            "<tr><td>{}</td>{}</tr>",
+            name(strategy, most=24),
+            Markup("").join(_cell(cells.get((strategy, s), []), best[s]) for s in shown),
+        )
+        for strategy in strategies[:MAX_SIDE]
+    )
+    left = max(0, len(strategies) - MAX_SIDE) + max(0, len(scenarios) - MAX_SIDE)
+    more = html('<p class="muted">{} more strategies or scenarios are left out.</p>', left) if left else Markup("")
+    return html(
+        '<div class="lp"><h3>Mean cost by strategy and scenario</h3><table class="lios cells"><thead><tr><th>strategy'
+        "</th>{}</tr></thead><tbody>{}</tbody></table>{}"
+        '<p class="muted">Bold: the least of a scenario. ×: runs that were not done. Means of different numbers of '
+        "runs do not compare. A click lists the runs.</p></div>",
+        head,
+        lines,
+        more,
+    )
+
+
+def _mean(rows: Sequence[RunRow]) -> float | None:
+    costs = [row.cost for row in rows if row.cost is not None]
+    return sum(costs) / len(costs) if costs else None
+
+
+def _least(cells: Sequence[Sequence[RunRow]]) -> float | None:
+    """The least mean of a scenario; None where fewer than two strategies have one."""
+    means = [mean for rows in cells if (mean := _mean(rows)) is not None]
+    return min(means) if len(means) > 1 else None
+
+
+def _cell(rows: Sequence[RunRow], best: float | None) -> Markup:
+    if not rows:
+        return Markup('<td class="n muted">–</td>')
+    mean, undone = _mean(rows), sum(row.outcome != "done" for row in rows)
+    row = rows[0]
+    click = command(f'filter strategy="{row.strategy}" scenario="{row.scenario}"')
+    quoted = '"' in row.strategy + row.scenario
+    failed = f" {undone}×" if undone else ""
+    bold = mean is not None and mean == best
+    shown = html("<b>{}</b>", number(mean)) if bold else number(mean)
+    return html(
+        '<td class="n" {}>{}<small> n {}{}</small></td>', Markup("") if quoted else click, shown, len(rows), failed
+    )

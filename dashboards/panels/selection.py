@@ -1,0 +1,86 @@
+"""Panel of a folder of trials: which strategy to drive next, and after which trial what was known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from markupsafe import Markup
+
+from dashboards.model.selection import FolderSelection
+from dashboards.panels.markup import breakable, html, name, percent, table, text
+from replayers.selection.campaign_logs import TrialGroup
+from replayers.selection.verdict import SelectionVerdict
+from replayers.selection.wording import at_most, mean_cost, standing_words, summary
+
+MAX_TRIALS = 100
+"""Trials that are listed, the latest."""
+MAX_LEFT_OUT = 5
+
+
+def selection(found: FolderSelection, folder: Path) -> Markup:
+    """For each group of trials a sentence, the standing of every strategy, and what was known after each trial."""
+    if not found.groups:
+        return html(
+            '<div class="lp"><h3>Drive next</h3><p class="muted">No replays of two strategies are kept here. '
+            "Make them: <code>lios select {} -o {}</code></p>{}</div>",
+            text(folder.name),
+            text(f"{folder.name}/replays"),
+            _left_out(found),
+        )
+    groups = Markup("").join(_group(k, *group, alpha=found.alpha) for k, group in enumerate(found.groups))
+    return html('<div class="lp"><h3>Drive next</h3>{}{}</div>', groups, _left_out(found))
+
+
+def _group(number_of: int, group: TrialGroup, verdicts: tuple[SelectionVerdict, ...], *, alpha: float) -> Markup:
+    last = verdicts[-1]
+    broke = Markup("").join(
+        html('<p class="warn">{} broke on {} of these logs: {}</p>', name(strategy), len(logs), text(why))
+        for strategy, (logs, why) in sorted(group.broke.items())
+    )
+    return html(
+        "<p><b>{}</b>: {} trials. {}</p>{}{}{}",
+        text(group.name),
+        len(verdicts),
+        text(summary(last, alpha=alpha)),
+        _standings(number_of, last),
+        _trials(number_of, group, verdicts),
+        broke,
+    )
+
+
+def _standings(number_of: int, last: SelectionVerdict) -> Markup:
+    rows = [
+        [
+            name(s.strategy),
+            text(mean_cost(s)),
+            "–" if s.chance_best is None else percent(s.chance_best),
+            text(standing_words(s.strategy, last)),
+        ]
+        for s in last.standings
+    ]
+    head = ("strategy", "mean cost", "best", "standing")
+    hints = {"best": "share of resampled trials and worlds in which it is the cheapest"}
+    return table(head, rows, key=f"standings{number_of}", classes=("", "n", "n", ""), hints=hints)
+
+
+def _trials(number_of: int, group: TrialGroup, verdicts: tuple[SelectionVerdict, ...]) -> Markup:
+    rows = [
+        [
+            str(v.trials),
+            breakable(log.name),
+            name(v.next),
+            Markup(", ").join(name(e.strategy) for e in v.by_proof) or text("none"),
+            text(at_most(v.regret_so_far)),
+        ]
+        for v, log in list(zip(verdicts, group.logs, strict=True))[-MAX_TRIALS:]
+    ]
+    head = ("trial", "log", "drive next", "out by proof", "regret")
+    hints = {"regret": "by how much the one to drive next may at most have cost more, a trial, than any other so far"}
+    return table(head, rows, key=f"trials{number_of}", classes=("n", "", "", "", "n"), hints=hints)
+
+
+def _left_out(found: FolderSelection) -> Markup:
+    lines = found.left_out[:MAX_LEFT_OUT]
+    more = len(found.left_out) - len(lines)
+    listed = Markup("").join(html('<p class="muted">left out: {}</p>', text(line)) for line in lines)
+    return listed + (html('<p class="muted">and {} more</p>', more) if more else Markup(""))

@@ -1,0 +1,62 @@
+"""The history of a place from logs of earlier runs, for a run that remembers them.
+
+Only `replayers` reads MCAP, and it builds on this package: its reader is found by its entry point, as commands are.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from workbench.beliefs.memory.history import History
+from workbench.beliefs.memory.memory import Memory
+from workbench.beliefs.memory.move_rates import MoveRates, read_rates, shipped_rates
+from workbench.errors import BadValue, Failed
+from workbench.worlds.house import FloorPlan
+
+GROUP, NAME = "lios.readers", "history"
+
+
+class NoReader(Failed):
+    """The installation lacks the reader of logs."""
+
+    def __init__(self) -> None:
+        super().__init__("this installation has no reader of earlier logs. Install lios-workbench again.")
+
+
+def read_history(logs: Sequence[Path]) -> History:
+    """The history that logs, or folders of logs, hold.
+
+    Raises:
+        NoReader: the installation is not whole.
+        InputError: there is nothing to remember, or the logs are not of one place or contradict one another.
+    """
+    found = next(iter(entry_points(group=GROUP, name=NAME)), None)
+    if found is None:
+        raise NoReader
+    return found.load()(logs)
+
+
+def memory_now(logs: Sequence[Path] | None, rates: Path | None, plan: FloorPlan) -> Memory | None:
+    """What a robot remembers that begins now, by this computer's clock; None where no logs are given.
+
+    Raises:
+        BadValue: rates without logs.
+        InputError: as read_history, or the logs are of another place.
+    """
+    if not logs:
+        if rates is not None:
+            raise BadValue("move rates", str(rates), "given together with --memory")
+        return None
+    return read_history(logs).memory_at(time.time_ns(), plan, move_rates(rates))
+
+
+def move_rates(path: Path | None) -> MoveRates:
+    """The rates in a file; the shipped ones where none is given.
+
+    Raises:
+        FileMissing, MalformedFile: no such file, or none of rates.
+    """
+    return shipped_rates() if path is None else read_rates(path)

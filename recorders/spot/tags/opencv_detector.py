@@ -1,0 +1,153 @@
+"""Detection of AprilTags in pictures, with OpenCV's aruco module."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from bosdyn.client.math_helpers import Quat, SE3Pose
+
+from recorders.spot.tags.detections import TagStatus
+from recorders.spot.tags.lens import Lens, LensModel
+from workbench.arrays import Floats, Uints8
+from workbench.errors import MissingExtra
+from workbench.worlds.sites.survey_schema import ROBOT_TAG_M
+
+MAX_ERROR_PX = 2.0
+"""Root mean square of the corners beyond which a pose is of high error."""
+AMBIGUOUS_RATIO, AMBIGUOUS_RAD, SURE_PX = 2.0, 0.35, 0.05
+"""A pose is ambiguous if the other one that a square allows is turned by more than AMBIGUOUS_RAD and fits less than
+AMBIGUOUS_RATIO times as badly; errors below SURE_PX count as that."""
+MAX_PIXELS = 50_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TagInPicture:
+    """A tag found in a picture.
+
+    Attributes:
+        camera_tform_tag: camera: x right, y down, z ahead; tag: x right, y up, z out of the page, of an upright tag.
+        error_px: root mean square distance of the corners from where the pose puts them.
+    """
+
+    tag: int
+    camera_tform_tag: SE3Pose
+    status: TagStatus
+    error_px: float
+    size_m: float
+
+
+def require_opencv() -> Any:
+    """OpenCV, which has no types here.
+
+    Raises:
+        MissingExtra: it is not installed, or without its aruco module.
+    """
+    try:
+        import cv2
+    except ImportError as error:
+        raise MissingExtra("The detector opencv", "opencv") from error
+    if not hasattr(getattr(cv2, "aruco", None), "ArucoDetector"):
+        raise MissingExtra("The detector opencv", "opencv")
+    return cv2
+
+
+def decode_grey(data: bytes) -> Uints8 | None:
+    """A JPEG or PNG as grey values, shape (rows, columns); None if it is none, or larger than MAX_PIXELS."""
+    import io
+
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(data), formats=("JPEG", "PNG")) as image:
+            if image.width * image.height > MAX_PIXELS:
+                return None
+            return np.asarray(image.convert("L"))
+    except (OSError, ValueError, Image.DecompressionBombError):
+        return None
+
+
+def detect_tags(
+    picture: Uints8, lens: Lens, *, family: str, sizes_m: Mapping[int, float]
+) -> tuple[TagInPicture, ...]:
+    """The tags in a picture, by number.
+
+    Args:
+        picture: grey values, shape (rows, columns).
+        family: of the AprilTags: 36h11, 36h10, 25h9 or 16h5.
+        sizes_m: sides of the black squares; others have ROBOT_TAG_M.
+
+    Raises:
+        MissingExtra: OpenCV is not installed.
+    """
+    cv2 = require_opencv()
+    if not lens.is_known:
+        return ()
+    return tuple(sorted(_found(cv2, picture, lens, family, sizes_m), key=lambda seen: seen.tag))
+
+
+def _found(
+    cv2: Any, picture: Uints8, lens: Lens, family: str, sizes_m: Mapping[int, float]
+) -> Iterator[TagInPicture]:
+    settings = cv2.aruco.DetectorParameters()
+    settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_APRILTAG
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_APRILTAG_{family}"))
+    corners, numbers, _ = cv2.aruco.ArucoDetector(known, settings).detectMarkers(np.ascontiguousarray(picture))
+    for quad, number in zip(corners, () if numbers is None else numbers.ravel().tolist(), strict=True):
+        size_m = sizes_m.get(number, ROBOT_TAG_M)
+        seen = _pose(cv2, np.asarray(quad, dtype=np.float64).reshape(4, 2), lens, size_m)
+        if seen is not None:
+            pose, status, error_px = seen
+            yield TagInPicture(tag=number, camera_tform_tag=pose, status=status, error_px=error_px, size_m=size_m)
+
+
+def _pose(cv2: Any, quad: Floats, lens: Lens, size_m: float) -> tuple[SE3Pose, TagStatus, float] | None:
+    """The pose of a square, from its corners: the better of the two that it allows.
+
+    OpenCV holds each tag of the AprilTag families turned by half a turn, so that the corner which it names first is
+    the lower right one of a tag that stands upright.
+    """
+    half = size_m / 2
+    ahead = _undistorted(cv2, quad, lens)
+    square = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]], dtype=np.float64)
+    upright = np.roll(ahead, 2, axis=0)
+    count, turns, shifts, errors = cv2.solvePnPGeneric(
+        square, upright.reshape(4, 1, 2), np.eye(3), None, flags=cv2.SOLVEPNP_IPPE_SQUARE
+    )
+    if not count:
+        return None
+    focal = (lens.fx + lens.fy) / 2
+    found = zip(turns, shifts, errors, strict=True)
+    ahead_of = [
+        (float(np.ravel(error)[0]) * focal, cv2.Rodrigues(turn)[0], np.ravel(shift)) for turn, shift, error in found
+    ]
+    fits = sorted((fit for fit in ahead_of if np.isfinite(fit[2]).all() and fit[2][2] > 0), key=lambda fit: fit[0])
+    if not fits:
+        return None
+    error_px, rotation, at = fits[0]
+    pose = SE3Pose(x=float(at[0]), y=float(at[1]), z=float(at[2]), rot=Quat.from_matrix(rotation))
+    return pose, _status(fits), error_px
+
+
+def _status(fits: list[tuple[float, Floats, Floats]]) -> TagStatus:
+    best = max(fits[0][0], SURE_PX)
+    if fits[0][0] > MAX_ERROR_PX:
+        return TagStatus.HIGH_ERROR
+    if len(fits) > 1 and fits[1][0] < AMBIGUOUS_RATIO * best:
+        turned = float(np.arccos(np.clip(fits[0][1][:, 2] @ fits[1][1][:, 2], -1.0, 1.0)))
+        if turned > AMBIGUOUS_RAD:
+            return TagStatus.AMBIGUOUS
+    return TagStatus.OK
+
+
+def _undistorted(cv2: Any, quad: Floats, lens: Lens) -> Floats:
+    """Corners in pixels as points at distance 1 ahead of the camera, shape (4, 2)."""
+    points, matrix = quad.reshape(4, 1, 2), lens.matrix()
+    coefficients = np.array(lens.coefficients, dtype=np.float64)
+    if lens.model is LensModel.KANNALA_BRANDT:
+        straight = cv2.fisheye.undistortPoints(points, matrix, coefficients)
+    else:
+        straight = cv2.undistortPoints(points, matrix, coefficients if len(coefficients) else None)
+    return np.asarray(straight, dtype=np.float64).reshape(4, 2)

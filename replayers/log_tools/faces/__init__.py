@@ -1,0 +1,1 @@
+"""Faces in the pictures of a log: found, and blurred in a copy."""

@@ -1,0 +1,138 @@
+"""Faces in a picture, by the cascades that come with OpenCV (Viola and Jones, 2001), and their pixels made coarse."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from workbench.arrays import Uints8
+from workbench.errors import MissingExtra, Unsupported
+
+Box = tuple[int, int, int, int]
+"""Left, top, width and height in pixels."""
+FRONTAL = ("haarcascade_frontalface_default.xml", "haarcascade_frontalface_alt2.xml")
+PROFILE = "haarcascade_profileface.xml"
+SEARCHED_PX = 640
+"""Longest side of the picture that is searched; larger ones are made smaller."""
+LEAST_PX, STEP, NEIGHBOURS = 24, 1.15, 3
+"""Least size of a face in it, and how thoroughly and how leniently it is searched."""
+BEYOND = 0.25
+"""How far beyond the found box pixels are blurred, in its size on each side: hair, chin and ears."""
+CELLS = 4
+"""Cells across a blurred face."""
+
+
+class NoCascades(Unsupported):
+    """An OpenCV without its cascades: they left its wheels with version 5."""
+
+    def __init__(self, version: str) -> None:
+        super().__init__(
+            f"OpenCV {version} has no face cascades. Install one below 5: pip install 'lios-workbench[opencv]'."
+        )
+
+
+@final
+class FaceFinder:
+    """Finds faces, upright and turned by quarters, since Spot's front cameras are mounted sideways.
+
+    Raises:
+        MissingExtra: OpenCV is not installed. NoCascades: it comes without cascades.
+    """
+
+    def __init__(self) -> None:
+        try:
+            import cv2
+        except ImportError as error:
+            raise MissingExtra("Blurring faces", "opencv") from error
+        self._cv2: Any = cv2
+        folder = Path(getattr(getattr(cv2, "data", None), "haarcascades", ""))
+        files = [folder / name for name in (*FRONTAL, PROFILE)]
+        if not hasattr(cv2, "CascadeClassifier") or not all(file.is_file() for file in files):
+            raise NoCascades(str(cv2.__version__))
+        *self._frontal, self._profile = (cv2.CascadeClassifier(str(file)) for file in files)
+
+    def boxes(self, picture: Uints8) -> tuple[Box, ...]:
+        """Where faces are, enlarged by BEYOND and cut at the edges; sorted.
+
+        Args:
+            picture: grey values, shape (rows, columns), or colours, shape (rows, columns, 3).
+        """
+        grey = picture if picture.ndim == 2 else self._cv2.cvtColor(picture, self._cv2.COLOR_RGB2GRAY)
+        scale = min(1.0, SEARCHED_PX / max(grey.shape))
+        if scale < 1.0:
+            size = (max(1, round(grey.shape[1] * scale)), max(1, round(grey.shape[0] * scale)))
+            grey = self._cv2.resize(grey, size, interpolation=self._cv2.INTER_AREA)
+        found: set[Box] = set()
+        for quarter in range(4):
+            turned = np.ascontiguousarray(np.rot90(grey, quarter))
+            for box in self._upright(turned):
+                found.add(_enlarged(_turned_back(box, turned.shape, quarter), scale, picture.shape))
+        return tuple(sorted(_merged(found)))
+
+    def blurred(self, picture: Uints8, boxes: tuple[Box, ...]) -> Uints8:
+        """The picture with these boxes in CELLS by CELLS cells, of which no face can be read."""
+        copy = picture.copy()
+        for left, top, width, height in boxes:
+            face = copy[top : top + height, left : left + width]
+            if face.size:
+                cells = self._cv2.resize(face, (CELLS, CELLS), interpolation=self._cv2.INTER_AREA)
+                shape = (face.shape[1], face.shape[0])
+                copy[top : top + height, left : left + width] = self._cv2.resize(
+                    cells, shape, interpolation=self._cv2.INTER_NEAREST
+                )
+        return copy
+
+    def _upright(self, grey: Uints8) -> list[Box]:
+        found = [box for cascade in (*self._frontal, self._profile) for box in self._by(cascade, grey)]
+        mirrored = np.ascontiguousarray(grey[:, ::-1])
+        width = grey.shape[1]
+        return found + [(width - x - w, y, w, h) for x, y, w, h in self._by(self._profile, mirrored)]
+
+    def _by(self, cascade: Any, grey: Uints8) -> list[Box]:
+        found = cascade.detectMultiScale(grey, STEP, NEIGHBOURS, minSize=(LEAST_PX, LEAST_PX))
+        return [(int(x), int(y), int(w), int(h)) for x, y, w, h in found]
+
+
+def _merged(boxes: Iterable[Box]) -> list[Box]:
+    """One box around those of which one covers most of the other: several cascades find one face."""
+    merged: list[Box] = []
+    for box in sorted(boxes, key=lambda b: (-b[2] * b[3], b)):
+        for place, other in enumerate(merged):
+            if _shared(box, other) > 0.5 * box[2] * box[3]:
+                merged[place] = _around(box, other)
+                break
+        else:
+            merged.append(box)
+    return merged
+
+
+def _shared(a: Box, b: Box) -> int:
+    """The area in pixels that two boxes share."""
+    wide = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
+    high = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
+    return max(0, wide) * max(0, high)
+
+
+def _around(a: Box, b: Box) -> Box:
+    left, top = min(a[0], b[0]), min(a[1], b[1])
+    return left, top, max(a[0] + a[2], b[0] + b[2]) - left, max(a[1] + a[3], b[1] + b[3]) - top
+
+
+def _turned_back(box: Box, shape: tuple[int, ...], quarters: int) -> Box:
+    """A box in a picture that np.rot90 turned this many quarters, in the picture before."""
+    x, y, w, h = box
+    rows, columns = shape[0], shape[1]
+    for _ in range(quarters):  # np.rot90 takes (row, column) to (columns - 1 - column, row)
+        x, y, w, h = rows - y - h, x, h, w
+        rows, columns = columns, rows
+    return x, y, w, h
+
+
+def _enlarged(box: Box, scale: float, shape: tuple[int, ...]) -> Box:
+    x, y, w, h = (side / scale for side in box)
+    left, top = max(0, int(x - BEYOND * w)), max(0, int(y - BEYOND * h))
+    right, bottom = min(shape[1], round(x + (1 + BEYOND) * w)), min(shape[0], round(y + (1 + BEYOND) * h))
+    return left, top, max(0, right - left), max(0, bottom - top)

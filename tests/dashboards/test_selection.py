@@ -1,0 +1,65 @@
+"""The panel of a folder of trials: what its kept replays say, in words that no log can make markup of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from shutil import copy
+
+import msgspec
+import pytest
+
+import replayers
+from dashboards.model.selection import selection_in
+from dashboards.panels.selection import selection
+from replayers.batch.store import SUFFIX, read_replay, write_replay
+from replayers.counterfactual.prepared_log import ReplaySettings
+
+LOGS = Path(__file__).resolve().parents[2] / "logs"
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of two finds with the replays of two strategies."""
+    folder = tmp_path_factory.mktemp("trials")
+    for name in ("find-greedy", "find-lios"):
+        copy(LOGS / f"{name}.mcap", folder)
+    settings = ReplaySettings(worlds=5)
+    replayers.replay(folder, "pes-greedy,pes-lios", settings=settings, output=folder / "replays")
+    return folder
+
+
+def test_it_says_what_to_drive_next_and_after_which_trial_that_was_known(kept: Path) -> None:
+    found = selection_in(kept)
+    ((group, verdicts),) = found.groups
+    assert [v.trials for v in verdicts] == [1, 2]
+    assert all(log.exists() for log in group.logs)
+    shown = str(selection(found, kept))
+    assert f"Drive {verdicts[-1].next} next." in shown
+    assert "find-greedy.mcap" in shown.replace("<wbr>", "")
+    assert shown.count("<table") == 2
+
+
+def test_recorded_replays_and_logs_elsewhere_count_for_nothing(kept: Path, tmp_path: Path) -> None:
+    for file in kept.rglob(f"*{SUFFIX}"):
+        write_replay(tmp_path / file.name, msgspec.structs.replace(read_replay(file), log="elsewhere.mcap"))
+    assert selection_in(tmp_path).groups == ()
+
+
+def test_a_folder_without_replays_says_how_to_make_them(tmp_path: Path) -> None:
+    shown = str(selection(selection_in(tmp_path), tmp_path / "<b>trials"))
+    assert "lios select &lt;b&gt;trials -o &lt;b&gt;trials/replays" in shown
+
+
+def test_a_file_that_is_no_replay_is_told(kept: Path, tmp_path: Path) -> None:
+    (tmp_path / f"x{SUFFIX}").write_text("<script>")
+    found = selection_in(tmp_path)
+    assert len(found.left_out) == 1
+    assert "left out: " in str(selection(found, tmp_path))
+
+
+def test_names_of_logs_are_text(kept: Path) -> None:
+    found = selection_in(kept)
+    ((group, verdicts),) = found.groups
+    named = replace(found, groups=((replace(group, name="<script>alert(1)</script>"), verdicts),))
+    assert "<script>" not in str(selection(named, kept))

@@ -1,0 +1,146 @@
+"""Our detector of tags, on pictures drawn here by an own pinhole model with a known pose."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+import numpy as np
+import pytest
+from bosdyn.api import image_pb2
+from bosdyn.client.math_helpers import Quat, SE3Pose
+from PIL import Image
+
+from recorders.spot.tags.detections import TagStatus
+from recorders.spot.tags.lens import Lens, LensModel, lens_of
+from recorders.spot.tags.opencv_detector import decode_grey, detect_tags
+from workbench.arrays import Floats, Uints8
+from workbench.errors import MissingExtra
+
+cv2 = pytest.importorskip("cv2", reason="the extra opencv is not installed")
+
+PINHOLE = Lens(fx=330.0, fy=330.0, cx=319.5, cy=239.5)
+FISHEYE = Lens(
+    fx=330.0, fy=330.0, cx=319.5, cy=239.5, model=LensModel.KANNALA_BRANDT, coefficients=(0.1, -0.05, 0.02, -0.004)
+)
+BARREL = Lens(
+    fx=330.0, fy=330.0, cx=319.5, cy=239.5, model=LensModel.BROWN_CONRADY, coefficients=(-0.2, 0.05, 0, 0, 0)
+)
+FACING = Quat.from_matrix(np.diag([1.0, -1.0, -1.0]))
+"""An upright tag straight ahead: x to the right, y up, z towards the camera."""
+
+
+def pixel_rays(lens: Lens, u: Floats, v: Floats) -> tuple[Floats, Floats]:
+    """Where rays of pixels meet the plane at distance 1, by the inverse of the lens's model."""
+    points = np.stack([u.ravel(), v.ravel()], axis=1).reshape(-1, 1, 2)
+    coefficients = np.array(lens.coefficients, dtype=np.float64)
+    if lens.model is LensModel.KANNALA_BRANDT:
+        flat = cv2.fisheye.undistortPoints(points, lens.matrix(), coefficients)
+    else:
+        flat = cv2.undistortPoints(points, lens.matrix(), coefficients if len(coefficients) else None)
+    return flat[:, 0, 0].reshape(u.shape), flat[:, 0, 1].reshape(u.shape)
+
+
+def picture_of(number: int, size_m: float, pose: SE3Pose, lens: Lens = PINHOLE, family: str = "36h11") -> Uints8:
+    """A picture of 640 by 480 of one tag on grey ground, four by four rays a pixel."""
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_APRILTAG_{family}"))
+    across = known.markerSize + 2
+    bits = np.pad(np.rot90(cv2.aruco.generateImageMarker(known, number, across), 2), 1, constant_values=255)
+    fine = (np.arange(4) + 0.5) / 4 - 0.5
+    u, v = np.meshgrid((np.arange(640)[:, None] + fine).ravel(), (np.arange(480)[:, None] + fine).ravel())
+    x, y = pixel_rays(lens, u, v)
+    rotation = pose.rot.to_matrix()
+    plane = np.linalg.inv(np.column_stack([rotation[:, 0], rotation[:, 1], [pose.x, pose.y, pose.z]]))
+    along, up, scale = np.tensordot(plane, np.stack([x, y, np.ones_like(x)]), axes=1)
+    module, half = size_m / across, size_m / 2 * (across + 2) / across
+    column = np.floor((along / scale + half) / module).astype(int)
+    row = np.floor((half - up / scale) / module).astype(int)
+    inside = (row >= 0) & (row < len(bits)) & (column >= 0) & (column < len(bits))
+    shade = np.where(inside, bits[row * inside, column * inside], 120).astype(float)
+    return shade.reshape(480, 4, 640, 4).mean(axis=(1, 3)).round().astype(np.uint8)
+
+
+def turned(axis: tuple[float, float, float], angle_rad: float) -> Quat:
+    s = np.sin(angle_rad / 2)
+    return FACING * Quat(w=np.cos(angle_rad / 2), x=axis[0] * s, y=axis[1] * s, z=axis[2] * s)
+
+
+@pytest.mark.parametrize(
+    ("lens", "axis", "angle_rad"),
+    [
+        (PINHOLE, (0, 1, 0), 0.7),
+        (PINHOLE, (1, 0, 0), -0.7),
+        (FISHEYE, (0, 1, 0), -0.7),
+        (BARREL, (0, 0, 1), 1.2),
+    ],
+    ids=("turned", "leaning", "fisheye", "barrel"),
+)
+def test_a_drawn_tag_is_found_where_it_was_drawn(
+    lens: Lens, axis: tuple[float, float, float], angle_rad: float
+) -> None:
+    pose = SE3Pose(x=0.2, y=-0.1, z=0.7, rot=turned(axis, angle_rad))
+    (seen,) = detect_tags(picture_of(101, 0.1, pose, lens), lens, family="36h11", sizes_m={101: 0.1})
+    found = seen.camera_tform_tag
+    assert (seen.tag, seen.status) == (101, TagStatus.OK)
+    assert [found.x, found.y, found.z] == pytest.approx([0.2, -0.1, 0.7], abs=0.012)
+    apart = (found.rot.inverse() * pose.rot).w
+    assert 2 * np.degrees(np.arccos(min(1.0, abs(apart)))) < 4
+    assert seen.error_px < 0.5
+
+
+def test_half_the_size_is_half_the_distance() -> None:
+    picture = picture_of(7, 0.1, SE3Pose(x=0.0, y=0.0, z=0.8, rot=turned((0, 1, 0), 0.6)))
+    (seen,) = detect_tags(picture, PINHOLE, family="36h11", sizes_m={7: 0.05})
+    assert seen.camera_tform_tag.z == pytest.approx(0.4, abs=0.01)
+
+
+def test_families_are_told_apart() -> None:
+    picture = picture_of(3, 0.1, SE3Pose(x=0.0, y=0.0, z=0.5, rot=FACING), family="25h9")
+    assert detect_tags(picture, PINHOLE, family="36h11", sizes_m={}) == ()
+    (seen,) = detect_tags(picture, PINHOLE, family="25h9", sizes_m={3: 0.1})
+    assert seen.tag == 3
+    assert seen.camera_tform_tag.z == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_small_tag_far_away_may_face_two_ways() -> None:
+    picture = picture_of(7, 0.146, SE3Pose(x=0.0, y=0.0, z=2.2, rot=turned((0, 1, 0), 0.35)))
+    (seen,) = detect_tags(picture, PINHOLE, family="36h11", sizes_m={7: 0.146})
+    assert seen.status is TagStatus.AMBIGUOUS
+    assert seen.camera_tform_tag.z == pytest.approx(2.2, abs=0.06)
+
+
+def test_without_a_lens_nothing_can_be_placed() -> None:
+    picture = picture_of(7, 0.1, SE3Pose(x=0.0, y=0.0, z=0.5, rot=FACING))
+    unknown = lens_of(image_pb2.ImageSource(cols=640, rows=480), 640, 480)
+    assert detect_tags(picture, unknown, family="36h11", sizes_m={7: 0.1}) == ()
+
+
+def test_the_lens_is_that_of_the_image_source_whatever_its_model() -> None:
+    source = image_pb2.ImageSource(cols=640, rows=480)
+    lens = source.kannala_brandt.intrinsics
+    lens.pinhole_intrinsics.focal_length.x = lens.pinhole_intrinsics.focal_length.y = 300
+    lens.k1, lens.k4 = 0.1, 0.4
+    read = lens_of(source, 320, 240)
+    assert (read.model, read.fx, read.coefficients[0], read.coefficients[3]) == (
+        LensModel.KANNALA_BRANDT,
+        150,
+        pytest.approx(0.1),
+        pytest.approx(0.4),
+    )
+
+
+def test_pictures_are_decoded_or_left() -> None:
+    grey = np.full((24, 32), 77, dtype=np.uint8)
+    stream = io.BytesIO()
+    Image.fromarray(grey).save(stream, "PNG")
+    decoded = decode_grey(stream.getvalue())
+    assert decoded is not None
+    assert np.array_equal(decoded, grey)
+    for data in (b"", b"\xff\xd8\xff nothing", stream.getvalue()[:40]):
+        assert decode_grey(data) is None
+
+
+def test_without_opencv_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(MissingExtra, match=r"lios-workbench\[opencv\]"):
+        detect_tags(np.zeros((4, 4), dtype=np.uint8), PINHOLE, family="36h11", sizes_m={})

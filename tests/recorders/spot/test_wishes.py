@@ -1,0 +1,124 @@
+"""What the operator wants by key during a run: pause and go on, skip a container, an item that is there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from spot_help import messages, placed, robot, run_of
+
+from recorders.spot.client.clock import Stepped
+from recorders.spot.client.connection import Connection
+from recorders.spot.run.run import run_and_record
+from recorders.spot.run.wishes import SKIPPED, RunKeys, Wishes
+from recorders.spot.run.world import SpotWorld
+from recorders.spot.simulated.services.server import SimulatedSpot
+from replayers.runs.run import Run, read
+from workbench.worlds.house import LocationId
+
+
+def driven(
+    spot: SimulatedSpot,
+    connection: Connection,
+    log: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    press: Callable[[SpotWorld], None],
+) -> tuple[str, Run]:
+    """A run during which `press` is called at every wait of the world."""
+    real = SpotWorld.wait
+
+    def wait(world: SpotWorld, seconds: float) -> None:
+        if not world.ending:
+            press(world)
+        real(world, seconds)
+
+    monkeypatch.setattr(SpotWorld, "wait", wait)
+    report = run_and_record(connection, run_of(spot, "pes-greedy"), log)
+    return str(report.ended.status), read(log)
+
+
+def test_a_paused_robot_stands_and_walks_on_without_being_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stood: list[tuple[float, float]] = []
+
+    with robot() as (spot, connection):
+        assert isinstance(connection.clock, Stepped)
+
+        def press(world: SpotWorld) -> None:
+            at = world.now_ns()
+            if world.at is None and spot.state.body.walked_m > 1.0 and len(stood) < 20:
+                world.wishes.paused = True
+                stood.append((spot.state.body.pose.x_m, at / 1e9))
+            elif len(stood) >= 20:
+                world.wishes.paused = False
+
+        status, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press)
+    assert status == "done"
+    assert stood[-1][1] - stood[2][1] > 5.0
+    assert {x for x, _ in stood[3:]} == {stood[-1][0]}, "it stands"
+    words = b" ".join(m[3] for m in messages(tmp_path / "run.mcap", "/log"))
+    assert b"Paused by the operator" in words
+    assert b"lets the robot go on" in words
+    assert all(action.success for action in run.actions)
+
+
+@pytest.mark.parametrize("while_looking", [False, True])
+def test_a_skipped_container_is_refused_and_the_search_goes_on(
+    while_looking: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    skipped: list[str] = []
+
+    def press(world: SpotWorld) -> None:
+        if not skipped and (world.at is not None) == while_looking:
+            skipped.append(str(world.at))
+            world.wishes.skip()
+
+    with robot() as (spot, connection):
+        status, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press)
+    assert status == "done"
+    refused = [action for action in run.actions if not action.success]
+    assert [(a.action, a.reason) for a in refused] == [("search" if while_looking else "move", SKIPPED)]
+    assert refused[0].target not in {o.container for o in run.observations}
+
+
+def test_an_item_that_the_operator_sees_is_in_the_look_and_noted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bottle = next(item for item in placed()[0].tags.values() if item.type == "WaterBottle")
+    told: list[str] = []
+
+    def press(world: SpotWorld) -> None:
+        if not told and world.at == LocationId("dining_table"):
+            RunKeys(world.wishes, (bottle,), told.append).press("i")
+
+    with robot("tag-not-seen@0") as (spot, connection):
+        _, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press)
+    look = next(o for o in run.observations if o.container == "dining_table")
+    assert [item.id for item in look.items] == [bottle.id]
+    assert told == [f"The operator says that {bottle.id} is here"]
+    assert b"Correction: " in b" ".join(m[3] for m in messages(tmp_path / "run.mcap", "/log"))
+
+
+def test_keys_set_wishes_and_note_them() -> None:
+    noted: list[str] = []
+    wishes, items = Wishes(), tuple(placed()[0].tags.values())[:2]
+    keys = RunKeys(wishes, items, noted.append)
+    for key in "npgkx":
+        keys.press(key)
+    assert noted[0] == "mark"
+    assert len(noted) == 4
+    assert not wishes.paused
+    assert wishes.take_skip()
+    assert not wishes.take_skip()
+    keys.press("i")
+    keys.press("x")
+    keys.press("2")
+    assert wishes.take_there() == (), "the choice was dropped"
+    keys.press("i")
+    keys.press("2")
+    assert wishes.take_there() == (items[1],)
+    keys.press("k")
+    wishes.forget()
+    assert not wishes.take_skip()

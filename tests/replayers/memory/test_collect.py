@@ -1,0 +1,182 @@
+"""Histories of places from logs, what is refused of them, and runs and replays that remember."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+from sample_logs import T0, write_toy_log
+from toy import COUNTER, TABLE
+
+from recorders.record_run import record
+from replayers.batch.verify import verify
+from replayers.counterfactual.evidence import evidence_of
+from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+from replayers.counterfactual.replay import replay_on
+from replayers.memory.collect import LogsContradict, NoLooks, history_of, read_history
+from replayers.runs.run import Run, read
+from workbench.beliefs.memory.history import AnotherPlace, ContainersChanged
+from workbench.beliefs.memory.memory import NothingEarlier
+from workbench.beliefs.memory.move_rates import NS_PER_DAY, shipped_rates
+from workbench.cli import run as lios
+from workbench.errors import Malformed
+from workbench.log_schema.events import SeenItem, Stamp
+from workbench.log_schema.memory_json import memory_from_settings, memory_to_settings
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two runs on two days, which looked for other things."""
+    made = tmp_path_factory.mktemp("earlier")
+    for day, item in enumerate(("apple", "book")):
+        record(made / f"{item}.mcap", find=item, strategy="conditioned-lios", estimator="counts", day=day)
+    return made
+
+
+def toy_run(folder: Path) -> Run:
+    return read(write_toy_log(folder / "toy.mcap"))
+
+
+def later(run: Run, days: float, run_id: str = "later") -> Run:
+    """The same run, some days later."""
+    by = round(days * NS_PER_DAY)
+
+    def moved(event):  # type: ignore[no-untyped-def]
+        return msgspec.structs.replace(event, stamp=Stamp.of(event.stamp.ns + by))
+
+    return replace(
+        run,
+        info=msgspec.structs.replace(run.info, run_id=run_id, started=Stamp.of(run.info.started.ns + by)),
+        observations=tuple(map(moved, run.observations)),
+        actions=tuple(map(moved, run.actions)),
+        outcome=None if run.outcome is None else moved(run.outcome),
+    )
+
+
+def test_a_memory_is_in_the_log_whole_and_replays_without_the_folder(folder: Path, tmp_path: Path) -> None:
+    earlier = tmp_path / "earlier"
+    shutil.copytree(folder, earlier)
+    record(tmp_path / "run.mcap", find="apple", strategy="conditioned-lios", estimator="counts", memory=[earlier])
+    shutil.rmtree(earlier)
+    run = read(tmp_path / "run.mcap")
+    memory = memory_from_settings(run.settings)
+    assert memory is not None
+    assert memory.runs == tuple(sorted(read(p).info.run_id for p in folder.glob("*.mcap")))
+    assert run.info.started.ns == read(folder / "apple.mcap").info.started.ns + 2 * NS_PER_DAY
+    assert run.info.estimator.startswith("counts@")
+    assert run.info.estimator.endswith(memory.digest)
+    assert memory_from_settings(memory_to_settings(memory)) == memory
+    assert len(run.actions) < len(read(folder / "apple.mcap").actions), "it went straight to the apple"
+    assert verify(run).same
+    ground = prepare_log(run, ReplaySettings(worlds=0))
+    assert ground.reproduction.same
+    assert ground.estimator.name == run.info.estimator
+    made = replay_on(ground, "conditioned-lios")
+    assert made.exact
+    assert run.outcome is not None
+    assert made.cost == pytest.approx(run.outcome.cost)
+
+
+def test_a_log_without_memory_is_replayed_with_one_on_request(folder: Path, tmp_path: Path) -> None:
+    record(tmp_path / "run.mcap", find="apple", strategy="conditioned-lios", estimator="counts", day=2)
+    run = read(tmp_path / "run.mcap")
+    assert memory_from_settings(run.settings) is None
+    assert "memory" not in run.settings
+    history = read_history([folder])
+    plain = replay_on(prepare_log(run, ReplaySettings(worlds=0)), "conditioned-lios")
+    ground = prepare_log(run, ReplaySettings(worlds=0, history=history))
+    remembered = replay_on(ground, "conditioned-lios")
+    assert plain.cost is not None
+    assert remembered.cost is not None
+    assert remembered.cost < plain.cost
+    assert any("does not do what was recorded" in note for note in remembered.notes)
+    early = read(folder / "apple.mcap")
+    with pytest.raises(NothingEarlier):
+        prepare_log(early, ReplaySettings(worlds=0, history=history))
+
+
+def test_the_truth_is_inside_the_bounds_of_every_strategy(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    record(path, find="apple", strategy="opt-greedy", estimator="counts", memory=[folder], moved=0.5, seed=1)
+    ground = prepare_log(read(path, with_truth=True), ReplaySettings(worlds=5, with_truth=True))
+    for name in ("opt-greedy", "model-lios", "conditioned-lios"):
+        made = replay_on(ground, name)
+        assert made.bounds is not None
+        assert made.true_cost is not None
+        assert made.bounds.lower - 1e-6 <= made.true_cost <= made.bounds.upper + 1e-6
+
+
+def test_what_the_robot_carried_is_remembered_of_a_robot_only(tmp_path: Path) -> None:
+    run = toy_run(tmp_path)
+    picked = next(a for a in run.actions if a.action == "pick")
+    robot = replace(run, info=msgspec.structs.replace(run.info, source="spot"))
+    simulated = [look for look in history_of([run]).looks if look.changed]
+    carried = [look for look in history_of([robot]).looks if look.changed]
+    assert simulated == []
+    assert carried[0].container == picked.target
+    assert set(picked.items[0].split("|")[:1]).isdisjoint(carried[0].item_types)
+
+
+def test_another_place_and_changed_containers_are_refused_in_one_line(tmp_path: Path) -> None:
+    history = history_of([toy_run(tmp_path)])
+    plan, at = history.plan, history.runs[0].ended_ns
+    fewer = replace(plan, containers=plan.containers[1:])
+    table = replace(plan.containers[2], pose=replace(plan.containers[2].pose, x_m=3.5))
+    moved = replace(plan, containers=(*plan.containers[:2], table, *plan.containers[3:]))
+    for other, error, words in (
+        (replace(fewer, name="elsewhere"), AnotherPlace, "not of elsewhere"),
+        (fewer, ContainersChanged, "is gone"),
+        (moved, ContainersChanged, "was moved by 1.5 m"),
+    ):
+        with pytest.raises(error, match=words) as refused:
+            history.memory_at(at, other, shipped_rates())
+        assert "\n" not in str(refused.value)
+    assert history.memory_at(at, replace(plan, name="renamed"), shipped_rates()).looks
+    with pytest.raises(NothingEarlier):
+        history.memory_at(T0, plan, shipped_rates())
+
+
+def test_logs_of_one_time_that_differ_are_refused_and_of_two_days_are_not(tmp_path: Path) -> None:
+    run = toy_run(tmp_path)
+    first = run.observations[0]
+    other = msgspec.structs.replace(first, items=(*first.items, SeenItem(id="Vase|9", type="Vase")))
+    differs = replace(run, observations=(other, *run.observations[1:]))
+    with pytest.raises(LogsContradict, match=first.container.split("|")[0]):
+        history_of([run, later(differs, 0.0)])
+    assert history_of([run, later(run, 0.0)]).runs
+    assert len(history_of([run, later(differs, 1.0)]).runs) == 2
+
+
+def test_logs_without_looks_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(NoLooks):
+        history_of([replace(toy_run(tmp_path), observations=())], where="here")
+
+
+def test_a_memory_in_a_log_that_is_none_is_refused(tmp_path: Path) -> None:
+    run = toy_run(tmp_path)
+    for broken in ({"memory": 3}, {"memory": {"at_ns": 1}}):
+        with pytest.raises(Malformed):
+            evidence_of(replace(run, settings=broken))
+    assert {TABLE, COUNTER} <= {look.container for look in history_of([run]).looks}
+
+
+def test_the_command_line_learns_remembers_and_refuses(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rates, out = tmp_path / "rates.csv", tmp_path / "run.mcap"
+    assert lios(["learn-moves", str(folder), "-o", str(rates), "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert {row["item_type"] for row in rows} >= {"*", "Mug"}
+    said = ["record", "--find", "apple", "--estimator", "counts", "-o", str(out)]
+    assert lios([*said, "--memory", str(folder), "--rates", str(rates)]) == 0
+    assert lios(["replay", str(out), "-s", "model-lios", "--worlds", "0", "--memory", str(folder), "--json"]) == 0
+    capsys.readouterr()
+    assert lios([*said, "--force", "--rates", str(rates)]) == 2
+    assert lios([*said, "--force", "--house", "houses:3", "--memory", str(folder)]) == 2
+    assert lios([*said, "--force", "--memory", str(tmp_path / "nowhere")]) == 2
+    refused = [line for line in capsys.readouterr().err.splitlines() if line.startswith("lios: ")]
+    assert len(refused) == 3

@@ -1,0 +1,1 @@
+"""Estimators whose answers cost something: a language model, a service, a slow computation."""

@@ -1,0 +1,1 @@
+"""Code from outside that runs in this process."""
