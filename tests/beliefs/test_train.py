@@ -230,7 +230,7 @@ class Stopped(Exception):
     """Raised by a test to end a training."""
 
 
-@pytest.mark.parametrize("name", ["counts", pytest.param("fcnn", marks=pytest.mark.slow), "best"])
+@pytest.mark.parametrize("name", ["counts", *(pytest.param(n, marks=pytest.mark.slow) for n in ("fcnn", "best"))])
 def test_the_command_run_twice_writes_the_same_bytes(name: str, tmp_path: Path) -> None:
     few = tmp_path / "houses.jsonl"
     with gzip.open(shipped_houses(), "rt") as lines:

@@ -87,6 +87,7 @@ def test_another_version_estimator_or_vocabulary(tmp_path: Path) -> None:
         estimator("counts", weights=path)
 
 
+@pytest.mark.slow
 def test_another_encoder(tmp_path: Path) -> None:
     shipped = read_weights(shipped_weights("fcnn"))
     path = tmp_path / "w.safetensors"

@@ -282,6 +282,7 @@ def _again(logs: list[Path], port: int) -> Dashboard:
 LOGS = Path(__file__).resolve().parents[2] / "logs"
 
 
+@pytest.mark.slow
 def test_a_link_sets_the_controls_too(browser: Browser, dashboard: Dashboard) -> None:
     tab = open_view(browser, dashboard.link("at=3&walls=whole&clock=distance"))
     tab.get_by_role("tab", name="View", exact=True).click()
@@ -302,6 +303,7 @@ def test_another_clock_keeps_the_moment(page: Page, dashboard: Dashboard) -> Non
         assert page.get_by_text("Decision 3 of").count() == 1
 
 
+@pytest.mark.slow
 def test_cameras_of_a_robot_are_shown_and_can_be_hidden(browser: Browser) -> None:
     made = open_dashboard([LOGS / "spot-home-A.mcap"], port=0, at=60.0)
     tab = open_view(browser, made.link(), width=1500, height=800)
@@ -322,6 +324,7 @@ def test_cameras_of_a_robot_are_shown_and_can_be_hidden(browser: Browser) -> Non
         made.stop()
 
 
+@pytest.mark.slow
 def test_an_evaluation_opens_with_its_scatter_and_a_point_opens_its_trial(browser: Browser, tmp_path: Path) -> None:
     from workbench import cli
 

@@ -162,6 +162,7 @@ def test_candidates_by_worth_and_by_probability_differ() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(1, 5), st.integers(0, 10_000), st.sampled_from(["independent", "exists", "exclusive", "marginal"]))
+@pytest.mark.slow
 def test_the_full_tour_is_the_best_of_all_orders_where_that_can_be_checked(n: int, seed: int, model: str) -> None:
     query = random_query(n, seed=seed, search=0.5)
     here = search_space(query.belief, query.travel, origins=(START,), targets=(START,))

@@ -190,6 +190,7 @@ def all_houses(procthor: Path) -> dict[str, list[House]]:
     return {name: load_houses(procthor / f"{name}.jsonl.gz") for name in ("multi_room_train", "single_room_train")}
 
 
+@pytest.mark.slow
 def test_all_shared_houses_load_and_their_containers_can_be_reached(all_houses: dict[str, list[House]]) -> None:
     houses = [house for group in all_houses.values() for house in group]
     assert len(houses) == 620

@@ -128,6 +128,7 @@ def test_a_note_is_typed_while_everything_is_recorded(tmp_path: Path) -> None:
     assert sum(gap > 0.5 for gap in gaps) <= 1, "typing holds nothing up"
 
 
+@pytest.mark.slow
 def test_ctrl_c_twice_still_closes_the_log_and_keeps_the_half_typed_note(tmp_path: Path) -> None:
     log = tmp_path / "s.mcap"
     with terminal("spot", "record", "-o", str(log), "--images-hz", "0", folder=tmp_path) as (window, _spot):
@@ -144,6 +145,7 @@ def test_ctrl_c_twice_still_closes_the_log_and_keeps_the_half_typed_note(tmp_pat
     assert [note.text for note in notes_of(log)] == ["half a no"]
 
 
+@pytest.mark.slow
 def test_a_closed_terminal_ends_a_run_well(tmp_path: Path) -> None:
     """The laptop's lid, the ssh session: the robot stops, the lease is returned, the log is whole."""
     log = tmp_path / "run.mcap"
