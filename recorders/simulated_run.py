@@ -29,7 +29,7 @@ from workbench.planning.tasks import Task, find_task
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
-from workbench.worlds.perception import missing_at
+from workbench.worlds.perception import PERFECT, Perception, missing_at
 from workbench.worlds.simulated import EPOCH_NS, SimulatedWorld
 
 
@@ -42,6 +42,7 @@ class Trial:
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
         miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
+        trusts_looks: the robot does not know it, and takes every look at its word.
         memory: what the robot remembers of earlier runs.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
     """
@@ -54,8 +55,14 @@ class Trial:
     known: tuple[ContainerId, ...] = ()
     costs: ActionCosts = SIMULATION_COSTS
     miss_rate: float = 0.0
+    trusts_looks: bool = False
     memory: Memory | None = None
     start_ns: int = EPOCH_NS
+
+    @property
+    def perception(self) -> Perception:
+        """How surely a look shows what is there, as the robot believes it."""
+        return PERFECT if self.trusts_looks else missing_at(self.miss_rate)
 
 
 class NotOneTask(InputError):
@@ -177,7 +184,7 @@ def record_trial(
         sink=sink,
         audience=audience,
         settings={
-            **perception_to_settings(missing_at(trial.miss_rate)),
+            **perception_to_settings(trial.perception),
             **memory_to_settings(trial.memory),
             **estimator_to_settings(ready.setup.estimator),
         },
@@ -216,7 +223,7 @@ def _prepare(trial: Trial) -> _PreparedRun:
         costs=trial.costs,
         seed=trial.seed,
         house=trial.house,
-        perception=missing_at(trial.miss_rate),
+        perception=trial.perception,
         memory=trial.memory,
     )
     return _PreparedRun(
@@ -241,7 +248,7 @@ def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
         task_to_json(trial.task),
         msgspec.json.encode([driver.strategy, driver.estimator, trial.seed, list(trial.known), trial.costs]),
         msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
-        b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}".encode(),
+        b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}{', trusted' * trial.trusts_looks}".encode(),
         b"" if trial.start_ns == EPOCH_NS else f"begins {trial.start_ns}".encode(),
     )
     return run_info(

@@ -42,6 +42,9 @@ def replay(
         ),
     ] = 400,
     miss_rate: MissRate = 0.0,
+    trusting: Annotated[
+        bool, Option("--trusting", help="With --miss-rate: the recording robot takes its looks at their word.")
+    ] = False,
     workers: Workers = 1,
     scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the tasks and of the sampled worlds.")] = 0,
@@ -59,7 +62,8 @@ def replay(
     interval_coverage, its distance from the even distribution pit_distance, its ten bars pit (with --json).
 
     With --miss-rate, logs are recorded with looks that miss, and each is replayed with --misses K, K being how many
-    items its looks overlooked; the truth is a run that overlooks nothing.
+    items its looks overlooked; the truth is a run that overlooks nothing. With --trusting, the recording robot does
+    not know that its looks miss, and never looks again: far more is overlooked for good.
 
     Examples:
 
@@ -86,7 +90,9 @@ def replay(
     places = tasks_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
     settings = ReplaySettings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
     plans = [
-        MeasurementSettings(places=places, strategies=names, settings=settings, estimator=name, miss_rate=miss_rate)
+        MeasurementSettings(
+            places=places, strategies=names, settings=settings, estimator=name, miss_rate=miss_rate, trusting=trusting
+        )
         for name in believers
     ]
     each = len(places) * len(names) * (len(names) - 1)

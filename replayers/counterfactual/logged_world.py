@@ -63,7 +63,7 @@ class LoggedWorld:
         place = self.evidence.place
         self.knowledge = knowledge or knowledge_at_start(place.plan, place.travel, self.evidence.known)
         self._filling = filling
-        self._as_recorded = as_recorded and not self.evidence.perception.perfect
+        self._as_recorded = as_recorded
         self._durations = durations
         self._imputed_items: set[ItemId] = set()
         self._paths = paths or (place.paths() if with_ways else NoPaths(self.evidence))

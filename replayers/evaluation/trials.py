@@ -57,6 +57,7 @@ class MeasurementSettings:
         estimator: the estimator whose beliefs the runs use.
         miss_rate: the chance that a look of the recorded run misses an item. Replays are told how many items were
             overlooked; the truth is a run that overlooks nothing, as a replayed strategy does.
+        trusting: the recording robot takes its looks at their word, and never looks again.
     """
 
     places: tuple[ReplayTask, ...]
@@ -64,6 +65,7 @@ class MeasurementSettings:
     settings: ReplaySettings
     estimator: str = "counts"
     miss_rate: float = 0.0
+    trusting: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,7 +208,7 @@ def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfac
     with TemporaryDirectory(prefix="lios-replay-") as folder:
         for trial in trials:
             log = Path(folder) / f"{trial.strategy}.mcap"
-            record_trial(replace(trial, miss_rate=plan.miss_rate), log)
+            record_trial(replace(trial, miss_rate=plan.miss_rate, trusts_looks=plan.trusting), log)
             misses = overlooked_items(read(log, with_truth=True)) if plan.miss_rate else 0
             ground = prepare_log(read(log), _told(plan.settings, misses) if plan.miss_rate else plan.settings)
             for other in plan.strategies:

@@ -11,7 +11,7 @@ from toy import COUNTER, DESK, FRIDGE, TABLE, toy_house, toy_travel
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, UnknownName
-from workbench.evaluation.search.calibration import container_stylecalibration
+from workbench.evaluation.search.calibration import look_calibration
 from workbench.evaluation.search.experiment import Experiment, draw_queries, policies_named, run_experiment
 from workbench.evaluation.search.strategies import strategy_of, with_policy
 from workbench.evaluation.search.table import costs_of, pairs, rows, rows_by_kind
@@ -82,7 +82,7 @@ def test_every_look_keeps_what_was_believed_of_it_and_whether_it_found() -> None
     trials = [trial("most-probable", PHONE, Told(chances)) for chances in beliefs]
     assert [t.said[0] for t in trials] == [0.9, 0.8, 0.7]
     assert all(len(t.said) == len(t.order) for t in trials)
-    first = next(row for row in container_stylecalibration(trials) if row["look"] == 1)
+    first = next(row for row in look_calibration(trials) if row["look"] == 1)
     assert [first[k] for k in ("policy", "kind", "queries")] == ["most-probable", "ai2-thor", 3]
     assert first["said"] == pytest.approx(0.8)
     assert first["found"] == pytest.approx(1 / 3)

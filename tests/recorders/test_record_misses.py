@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from recorders.record_run import record
+from recorders.simulated_run import TaskRequest, record_trial, trial_for
 from replayers.batch.verify import verify
 from replayers.counterfactual.evidence import evidence_of
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
@@ -16,8 +18,11 @@ from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
 from workbench.cli import run as lios
 from workbench.errors import Malformed
+from workbench.execution.events import RunStatus
 from workbench.log_schema.perception_json import perception_from_settings
 from workbench.worlds.perception import PERFECT
+from workbench.worlds.procthor.load import load_house
+from workbench.worlds.shipped import shipped_houses
 
 
 def recorded(path: Path, **options: object) -> Path:
@@ -80,3 +85,23 @@ def test_bad_rates_are_refused(tmp_path: Path, rate: str) -> None:
 def test_a_log_whose_perception_is_none_is_refused(stored: object) -> None:
     with pytest.raises(Malformed):
         perception_from_settings({"perception": stored})
+
+
+def test_a_robot_that_trusts_its_looks_remembers_what_it_put_down(tmp_path: Path) -> None:
+    """Here the look into the table misses the spoon that the robot put there; the log is reproduced."""
+    trial = trial_for(
+        TaskRequest(scenario="deliver-3"),
+        load_house(f"{shipped_houses()}:4"),
+        strategy="model-lios",
+        estimator="counts",
+        seed=0,
+    )
+    ended = record_trial(replace(trial, miss_rate=0.3, trusts_looks=True), tmp_path / "run.mcap")
+    assert ended.status is RunStatus.DONE
+    run = read(tmp_path / "run.mcap")
+    assert perception_from_settings(run.settings) is PERFECT
+    table = next(o for o in run.observations if o.container == "DiningTable|2|0")
+    put = next(a for a in run.actions if a.action == "place" and a.target == table.container)
+    assert put.stamp.ns < table.stamp.ns
+    assert put.items[0] not in {i.id for i in table.items}
+    assert verify(run).same

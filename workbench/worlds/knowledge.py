@@ -112,10 +112,17 @@ class Knowledge:
         return self._with(location, self.holding, self.items_at)
 
     def seen(self, container: ContainerId, items: tuple[Item, ...], *, in_run: bool = True) -> Knowledge:
-        """The knowledge after looking into a container, for the first time or again."""
+        """The knowledge after looking into a container, for the first time or again.
+
+        What the robot itself has put there is still there, though a look may miss it.
+        """
         if container in self.again:
             return self._seen_again(container, items)
         first = MappingProxyType({**self.first_seen, container: items})
+        put = self.items_at.get(LocationId(container), ())
+        if put:
+            shown = {item.id for item in items}
+            items = (*items, *(item for item in put if item.id not in shown))
         there = MappingProxyType({**self.items_at, LocationId(container): items})
         visited = (*self.visited, container) if in_run else self.visited
         return self._with(

@@ -31,7 +31,6 @@ from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_comma
 from dashboards.viser_app.panel.notes_tab import NotesTab
 from dashboards.viser_app.panel.options import Options
 from dashboards.viser_app.panel.runs_tab import RunsTab
-from dashboards.viser_app.panel.selection_view import SelectionView
 from dashboards.viser_app.session import Session
 from workbench.errors import BadValue
 from workbench.tolerances import ROUNDING
@@ -101,8 +100,6 @@ class Controls:
         tabs = gui.add_tab_group()
         if self._session.library.folder is not None:
             self._runs = RunsTab(self._session, tabs)
-            with tabs.add_tab("Select"):
-                SelectionView(self._session, self._session.library.folder)
         for name, label in (
             ("beliefs", "Belief"),
             ("plan", "Plan"),

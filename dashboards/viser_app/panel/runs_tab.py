@@ -13,6 +13,7 @@ from markupsafe import Markup
 from dashboards.panels.run_cells import run_cells
 from dashboards.panels.runs import COLUMNS, GROUPS, RunRow, RunsOrder, left_out, passes, runs
 from dashboards.panels.scatter import default_pair, scatter
+from dashboards.viser_app.panel.selection_view import SelectionView
 from dashboards.viser_app.session import Session
 
 NONE_YET: tuple[str, ...] = ("",)
@@ -42,6 +43,8 @@ class RunsTab:
             self._first = gui.add_dropdown("Across", NONE_YET, hint="A strategy; its cost goes to the right.")
             self._second = gui.add_dropdown("Up", NONE_YET, hint="Another strategy; its cost goes up.")
             self._scatter = gui.add_html("")
+            if session.library.folder is not None:
+                SelectionView(session, session.library.folder)
             for chosen in (self._first, self._second):
                 chosen.on_update(lambda _: self._draw_scatter())
         session.listers.update(order=self._reorder, page=self._to_page, filter=self._refilter)

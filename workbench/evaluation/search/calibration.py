@@ -15,7 +15,7 @@ LOOKS = 5
 """Number of looks that are reported individually; few searches are longer."""
 
 
-def container_stylecalibration(trials: Sequence[SearchTrial]) -> list[dict[str, Any]]:
+def look_calibration(trials: Sequence[SearchTrial]) -> list[dict[str, Any]]:
     """One row for each policy that uses beliefs, kind of item, and number of the look (from 1).
 
     `queries` is the number of searches with that look, `said` the mean predicted probability of success, `found`

@@ -16,7 +16,7 @@ import numpy as np
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Failed, OutputExists
 from workbench.evaluation.beliefs.fold_weights import Believers, Folds, FoldSplit, make_folds, require_trainable
-from workbench.evaluation.search.calibration import container_stylecalibration
+from workbench.evaluation.search.calibration import look_calibration
 from workbench.evaluation.search.experiment import (
     Experiment,
     HouseResult,
@@ -210,7 +210,7 @@ def answer_of(report: SearchReport) -> dict[str, Any]:
         "rows": rows(costs, seed=seed),
         "by_kind": rows_by_kind(costs, seed=seed),
         "pairs": pairs(costs, seed=seed),
-        "looks": container_stylecalibration(report.trials),
+        "looks": look_calibration(report.trials),
         "houses": len(set(costs.houses)),
         "queries": len(costs.houses),
         "file": str(report.request.file),
