@@ -94,7 +94,9 @@ def as_used(
 
     Args:
         made: an Estimator, one with `costly = True`, or an AskingEstimator.
-        known, may_ask, limit_s: as for `estimator`.
+        known: as for `estimator`.
+        may_ask: as for `estimator`.
+        limit_s: as for `estimator`.
 
     Raises:
         NoEstimator: it is none of them.
