@@ -21,6 +21,7 @@ class WebServer:
         breaks_at: it closes the connection at this byte of a file.
         status: it answers all requests with this error.
         delay_s: how long each answer takes.
+        bytes_sent: bytes of files, counted before they go out, so that a client that has them finds them counted.
         most_at_once: how many requests were open at the same time.
     """
 
@@ -105,9 +106,9 @@ class _Handler(BaseHTTPRequestHandler):
         if self.told.breaks_at is not None and end > self.told.breaks_at:
             data = data[: max(self.told.breaks_at - start, 0)]
             self.close_connection = True
-        self.wfile.write(data)
         with self.told.lock:
             self.told.bytes_sent += len(data)
+        self.wfile.write(data)
 
     def _head(self, status: int, length: int, kind: str, content_range: str = "") -> None:
         self.send_response(status)
