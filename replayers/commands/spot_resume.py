@@ -74,6 +74,7 @@ def resume(
     from recorders.spot.run.run import RobotRun, setup_of
     from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.session.session import Rates
+    from recorders.spot.tags.pictures import require_detector
     from replayers.runs.run import read
     from replayers.runs.taken_over import taken_over
     from workbench.errors import BadValue, OutputExists
@@ -88,6 +89,7 @@ def resume(
     check_within("--look", look, 0.1, 600)
     check_within("--images-hz", images_hz, 0, 60)
     place, address = load_site(site), RobotAddress.read(robot)
+    require_detector(place)
     runs = [read(path) for path in logs]
     before = runs[0]
     wanted = RobotRun(
