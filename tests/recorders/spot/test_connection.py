@@ -116,6 +116,7 @@ def test_a_robot_of_older_software_is_checked_and_nothing_but_the_answer_is_prin
     assert "waypoints" in found["map"]
 
 
+@pytest.mark.ci
 def test_a_robot_of_software_3_runs_the_task_without_a_call_that_it_does_not_know(tmp_path: Path) -> None:
     with robot(software="3.0.0") as (spot, connection):
         report = run_and_record(connection, run_of(spot, "pes-greedy"), tmp_path / "run.mcap")
