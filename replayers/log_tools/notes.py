@@ -24,13 +24,13 @@ from replayers.log_tools.time_argument import moment
 from replayers.mcap_io.reader import messages
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import has_counts, is_closed, read_index
+from replayers.runs.corrections import NOTE_TOPIC, Correction, correction_from
 from workbench.errors import BadValue, Malformed
 from workbench.log_schema.codec import UndecodableMessage
 from workbench.log_schema.events import NANO
 from workbench.remote.errors import IsRemote
 from workbench.remote.path import RemotePath, path_of
 
-NOTE_TOPIC = "/notes"
 TRIES, WAIT_S = 20, 0.05
 
 
@@ -60,6 +60,7 @@ class Note:
     Attributes:
         start_ns, end_ns: the time span that it is about, in nanoseconds since the epoch.
         written_ns: when it was written, in nanoseconds since the epoch; 0 where unknown.
+        seen: the correction that it makes; None for words alone.
     """
 
     text: str
@@ -67,16 +68,25 @@ class Note:
     end_ns: int
     author: str = ""
     written_ns: int = 0
+    seen: Correction | None = None
 
 
 def add_note(
-    path: Path | str, text: str, *, at: str = "", until: str = "", author: str = "", now_ns: int | None = None
+    path: Path | str,
+    text: str,
+    *,
+    at: str = "",
+    until: str = "",
+    author: str = "",
+    seen: Correction | None = None,
+    now_ns: int | None = None,
 ) -> Note:
     """Adds a note to a closed log.
 
     Args:
         at, until: as replayers.log_tools.time_argument.moment reads them; by default the log's end, and the
             same moment.
+        seen: a correction of the run (replayers.runs.correcting); the note is about its moment, and `at` is not used.
         now_ns: when the note is written.
 
     Raises:
@@ -95,15 +105,17 @@ def add_note(
         raise BadValue("the note", text or None, "some words")
     for _ in range(TRIES):
         try:
-            return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
+            return _added(path, text, at=at, until=until, author=author, seen=seen, now_ns=now_ns)
         except (LogInUse, NotClosed):
             time.sleep(WAIT_S)  # another process's note takes milliseconds
-    return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
+    return _added(path, text, at=at, until=until, author=author, seen=seen, now_ns=now_ns)
 
 
-def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: int | None) -> Note:
+def _added(
+    path: Path, text: str, *, at: str, until: str, author: str, seen: Correction | None, now_ns: int | None
+) -> Note:
     index, size = _index_of(path)
-    start_ns = _within(path, index, at, "--at") if at else index.last_ns
+    start_ns = seen.stamp_ns if seen else _within(path, index, at, "--at") if at else index.last_ns
     end_ns = _within(path, index, until, "--until") if until else start_ns
     if end_ns < start_ns:
         raise BadValue("--until", until, "at or after --at")
@@ -113,6 +125,7 @@ def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: i
         end_ns=end_ns,
         author=author,
         written_ns=time.time_ns() if now_ns is None else now_ns,
+        seen=seen,
     )
     spec = protobuf_channel(NOTE_TOPIC, Event)
     with McapWriter.append_to(path, index, size=size) as writer:
@@ -146,6 +159,7 @@ def notes_of(path: Path | str) -> list[Note]:
                 end_ns=_ns(event.end_time),
                 author=pairs.get("author", ""),
                 written_ns=message.publish_time,
+                seen=correction_from(pairs, stamp_ns=_ns(event.start_time)),
             )
         )
     return sorted(found, key=lambda note: (note.start_ns, note.written_ns))
@@ -177,6 +191,8 @@ def _encoded(note: Note) -> bytes:
     pairs = [KeyValuePair(key="note", value=note.text)]
     if note.author:
         pairs.append(KeyValuePair(key="author", value=note.author))
+    if note.seen is not None:
+        pairs += [KeyValuePair(key=key, value=value) for key, value in note.seen.as_pairs().items()]
     event = Event(start_time=_stamp(note.start_ns), end_time=_stamp(note.end_ns), metadata=pairs)
     return event.SerializeToString(deterministic=True)
 
