@@ -26,13 +26,13 @@ from replayers.counterfactual.evidence_rules import (
     successful_manipulations,
 )
 from replayers.runs.correcting import with_corrections
-from replayers.runs.corrections import Correction
 from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
 from replayers.runs.run import Run
 from workbench.beliefs.asking.answers import Answer
 from workbench.beliefs.memory.memory import Memory
 from workbench.errors import Unsupported
 from workbench.log_schema.asking_json import AskingInfo, answers_in, asking_from_settings
+from workbench.log_schema.corrections import Correction
 from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
 from workbench.log_schema.memory_json import memory_from_settings
 from workbench.log_schema.perception_json import perception_from_settings
@@ -195,10 +195,8 @@ def evidence_of(run: Run) -> Evidence:
     contents, odd = contents_at_start(seen, run.actions, containers)
     rounded = run.info.schema_version < ROUNDED_BEFORE
     probabilities, steady, strange = first_belief(run.beliefs, containers, rounded=rounded)
-    cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
-    at_start = {ContainerId(o.container) for o in run.observations if o.known_at_start}
-    known = MappingProxyType({c: contents[c] for c in sorted(at_start) if c in contents})
+    known = _known_at_start(run, contents)
     contents, corrections, corrected = with_corrections(contents, known, run)
     return Evidence(
         path=str(run.path),
@@ -229,14 +227,18 @@ def evidence_of(run: Run) -> Evidence:
         answers=answers_in(run.answers),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(
-            *cut,
-            *_gap_notes(gaps, len(run.observations) - len(seen)),
+            *_gap_notes(run, gaps, len(run.observations) - len(seen)),
             *_imagined(imputed),
             *corrected,
             *odd,
             *strange,
         ),
     )
+
+
+def _known_at_start(run: Run, contents: Contents) -> Contents:
+    at_start = {ContainerId(o.container) for o in run.observations if o.known_at_start}
+    return MappingProxyType({c: contents[c] for c in sorted(at_start) if c in contents})
 
 
 def _is_certain(seen: Observation, gaps: Gaps) -> bool:
@@ -247,12 +249,16 @@ def _is_certain(seen: Observation, gaps: Gaps) -> bool:
     return not late and seen.container not in gaps.not_looked
 
 
-def _gap_notes(gaps: Gaps, dropped: int) -> tuple[str, ...]:
+def _gap_notes(run: Run, gaps: Gaps, dropped: int) -> tuple[str, ...]:
+    cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
     if not gaps.lost:
-        return ()
+        return cut
     unused = "1 search proves nothing and counts" if dropped == 1 else f"{dropped} searches prove nothing and count"
     after = f"; with that missing, {unused} as not made" if dropped else ""
-    return (f"the log is not whole: {'; '.join(gaps.lost)}{after}",)
+    return (
+        *cut,
+        f"the log is not whole: {'; '.join(gaps.lost)}{after}",
+    )
 
 
 def _imagined(imputed: tuple[ContainerId, ...]) -> tuple[str, ...]:

@@ -21,12 +21,13 @@ from recorders.mcap_io.index import LogIndex
 from recorders.mcap_io.writer import McapWriter
 from replayers.log_tools.info import describe
 from replayers.log_tools.time_argument import moment
+from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import has_counts, is_closed, read_index
-from replayers.runs.corrections import NOTE_TOPIC, Correction, correction_from
 from workbench.errors import BadValue, Malformed
 from workbench.log_schema.codec import UndecodableMessage
+from workbench.log_schema.corrections import NOTE_TOPIC, Correction, correction_from
 from workbench.log_schema.events import NANO
 from workbench.remote.errors import IsRemote
 from workbench.remote.path import RemotePath, path_of
@@ -145,24 +146,29 @@ def notes_of(path: Path | str) -> list[Note]:
     Raises:
         UndecodableMessage: a message on their topic that is not a note.
     """
-    found: list[Note] = []
-    for message in messages(path, topics=NOTE_TOPIC.__eq__):
-        try:
-            event = Event.FromString(message.data)
-        except DecodeError as error:
-            raise UndecodableMessage(NOTE_TOPIC, str(error)) from error
-        pairs = {pair.key: pair.value for pair in event.metadata}
-        found.append(
-            Note(
-                text=pairs.get("note", ""),
-                start_ns=_ns(event.start_time),
-                end_ns=_ns(event.end_time),
-                author=pairs.get("author", ""),
-                written_ns=message.publish_time,
-                seen=correction_from(pairs, stamp_ns=_ns(event.start_time)),
-            )
-        )
+    found = [note_from(message) for message in messages(path, topics=NOTE_TOPIC.__eq__)]
     return sorted(found, key=lambda note: (note.start_ns, note.written_ns))
+
+
+def note_from(message: Message) -> Note:
+    """The note in a message of its topic.
+
+    Raises:
+        UndecodableMessage: it is none.
+    """
+    try:
+        event = Event.FromString(message.data)
+    except DecodeError as error:
+        raise UndecodableMessage(NOTE_TOPIC, str(error)) from error
+    pairs = {pair.key: pair.value for pair in event.metadata}
+    return Note(
+        text=pairs.get("note", ""),
+        start_ns=_ns(event.start_time),
+        end_ns=_ns(event.end_time),
+        author=pairs.get("author", ""),
+        written_ns=message.publish_time,
+        seen=correction_from(pairs, stamp_ns=_ns(event.start_time)),
+    )
 
 
 def _index_of(path: Path) -> tuple[LogIndex, int]:

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from replayers.runs.corrections import Correction, made_up_id
 from replayers.runs.run import Run
 from workbench.errors import BadValue, InputError, UnknownName
+from workbench.log_schema.corrections import Correction, made_up_id
 from workbench.log_schema.events import NANO
 from workbench.planning.actions import relevant_types
 from workbench.worlds.house import ContainerId, Contents, Item, ItemId, ItemType

@@ -24,8 +24,8 @@ from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
 from replayers.mcap_io.summary import is_closed, read_index
-from replayers.runs.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction, decode_correction
 from workbench.log_schema.codec import decode
+from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction
 from workbench.log_schema.events import (
     POSE_TOPIC,
     TOPIC_OF,
@@ -237,9 +237,11 @@ class _Found:
 
     def _take_note(self, message: Message) -> None:
         if message.schema is not None and message.schema.name == NOTE_SCHEMA:
-            found = decode_correction(message.data)
-            if found is not None:
-                self.corrections.append(found)
+            from replayers.log_tools.notes import note_from
+
+            correction = note_from(message).seen
+            if correction is not None:
+                self.corrections.append(correction)
 
     def _count(self, topic: str, sequence: int) -> None:
         """A number that is lower than expected begins the next file of a recording, or is of a writer without one."""

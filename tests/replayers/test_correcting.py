@@ -17,10 +17,10 @@ from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
 from replayers.log_tools.notes import add_note, notes_of
 from replayers.runs.correcting import read_correction
-from replayers.runs.corrections import Correction
 from replayers.runs.run import Run, read
 from workbench.cli import run as lios
 from workbench.execution.events import RunStatus
+from workbench.log_schema.corrections import Correction
 from workbench.log_schema.events import NANO
 from workbench.worlds.house import Item, ItemId
 

@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from workbench.log_schema.codec import UndecodableMessage
-from workbench.log_schema.events import NANO
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
 
 NOTE_TOPIC = "/notes"
@@ -64,20 +62,3 @@ def correction_from(pairs: Mapping[str, str], *, stamp_ns: int) -> Correction | 
         stamp_ns=stamp_ns,
         author=pairs.get("author", ""),
     )
-
-
-def decode_correction(data: bytes) -> Correction | None:
-    """The correction in a message of NOTE_SCHEMA; None in a note of another kind.
-
-    Raises:
-        UndecodableMessage: it is no such message.
-    """
-    from foxglove_schemas_protobuf.Event_pb2 import Event
-    from google.protobuf.message import DecodeError
-
-    try:
-        event = Event.FromString(data)
-    except DecodeError as error:
-        raise UndecodableMessage(NOTE_TOPIC, str(error)) from error
-    pairs = {pair.key: pair.value for pair in event.metadata}
-    return correction_from(pairs, stamp_ns=event.start_time.seconds * NANO + event.start_time.nanos)
