@@ -95,8 +95,8 @@ def record(
         ways=ways,
     )
     trial = _with_memory(trial, memory, rates, day)
-    told = None if begun is None else lambda: begun(trial)
-    return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=told)
+    on_begun = None if begun is None else lambda: begun(trial)
+    return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=on_begun)
 
 
 def _place(house: House | str, assets: Path | None, seed: int) -> tuple[House, NavigationPaths | None]:
