@@ -79,34 +79,30 @@ def record(
     path = Path(path)
     if path.exists() and not force and sink is None:
         raise OutputExists(path)
-    place, ways = _place(house, assets, seed)
-    if moved:
-        travel = (ways or navigate(place.plan)).travel
-        place = moved_house(place, travel, moved, rng=np.random.default_rng((seed, MOVED_SEED)))
-    wish = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
+    home, ways = _place(house, assets, moved, seed)
+    job = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
     trial = trial_for(
-        wish,
-        place,
-        strategy=strategy,
-        estimator=estimator,
-        seed=seed,
-        most_known=known,
-        miss_rate=miss_rate,
-        ways=ways,
+        job, home, strategy=strategy, estimator=estimator, seed=seed, most_known=known, miss_rate=miss_rate, ways=ways
     )
     trial = _with_memory(trial, memory, rates, day)
     on_begun = None if begun is None else lambda: begun(trial)
     return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=on_begun)
 
 
-def _place(house: House | str, assets: Path | None, seed: int) -> tuple[House, NavigationPaths | None]:
-    """The house; and, of a site, its ways."""
+def _place(house: House | str, assets: Path | None, moved: float, seed: int) -> tuple[House, NavigationPaths | None]:
+    """The house, after a share of its items has moved; and, of a site, its ways."""
+    ways: NavigationPaths | None = None
     if isinstance(house, House):
-        return house, None
-    if (site := site_address(house)) is not None:
+        place = house
+    elif (site := site_address(house)) is not None:
         simulated = simulated_site(*site, seed=seed)
-        return simulated.house, simulated.ways
-    return load_house(house, assets=assets_for(house, assets)), None
+        place, ways = simulated.house, simulated.ways
+    else:
+        place = load_house(house, assets=assets_for(house, assets))
+    if not moved:
+        return place, ways
+    travel = (ways or navigate(place.plan)).travel
+    return moved_house(place, travel, moved, rng=np.random.default_rng((seed, MOVED_SEED))), ways
 
 
 def _with_memory(trial: Trial, logs: Sequence[Path | str], rates: Path | str | None, day: int | None) -> Trial:
