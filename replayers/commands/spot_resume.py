@@ -64,7 +64,7 @@ def resume(
     """
     from dataclasses import replace
 
-    from recorders.commands.spot import camera_names, check_within, run_by_keys, tell_plan, tell_run
+    from recorders.commands.spot import camera_names, check_within, print_plan, print_report, run_by_keys
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
@@ -110,8 +110,8 @@ def resume(
     ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
-            tell_plan(connection, wanted, ready)
+            print_plan(connection, wanted, ready)
             return
         with watched(output.name, serve) as audience:
             report = run_by_keys(connection, replace(wanted, audience=audience), ready, output, force=force)
-    tell_run(report, output, as_json=json)
+    print_report(report, output, as_json=json)
