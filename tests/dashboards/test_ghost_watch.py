@@ -11,7 +11,7 @@ from sample_logs import write_toy_log
 
 from dashboards.library.library import Library
 from dashboards.palette import run_colour
-from dashboards.panels.ghosts import ghosts
+from dashboards.panels.live.ghosts import ghosts
 from dashboards.viser_app.ghost_watch import ghosts_named
 from dashboards.viser_app.serving import open_dashboard
 from replayers.live.ghost_bounds import GhostBounds, GhostReport

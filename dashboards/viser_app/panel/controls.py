@@ -21,7 +21,7 @@ from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
-from dashboards.panels.ghosts import ghosts
+from dashboards.panels.live.ghosts import ghosts
 from dashboards.panels.markup import error_line, style
 from dashboards.panels.memory import memory
 from dashboards.panels.now import legend, now, title
