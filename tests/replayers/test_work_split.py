@@ -80,6 +80,7 @@ def test_families_name_strategies_that_there_are() -> None:
     assert set(members) <= {*strategy_names(with_truth=False), *VARIANTS}
 
 
+@pytest.mark.ci
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are copies on Linux only")
 @pytest.mark.parametrize(
     "names",

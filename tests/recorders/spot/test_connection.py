@@ -65,6 +65,7 @@ def _logged_in(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BOSDYN_CLIENT_PASSWORD", "simulated")
 
 
+@pytest.mark.ci_but(3)
 @pytest.mark.usefixtures("_logged_in")
 @pytest.mark.parametrize("missing", ["time-sync", "image", *SENSES, *MOTION, "manipulation"])
 def test_a_robot_without_a_service_is_told_in_one_line_before_anything_moves(
