@@ -79,9 +79,9 @@ def record(
     if path.exists() and not force and sink is None:
         raise OutputExists(path)
     place = _house(house, assets, moved, seed)
-    wish = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
+    request = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
     trial = trial_for(
-        wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known, miss_rate=miss_rate
+        request, place, strategy=strategy, estimator=estimator, seed=seed, max_known=known, miss_rate=miss_rate
     )
     trial = _with_memory(trial, memory, rates, day)
     on_begun = None if begun is None else lambda: begun(trial)

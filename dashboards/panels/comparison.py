@@ -27,7 +27,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown
             html(
                 "{}{}<br><small>{}</small>",
                 dot(run_colour(i)),
-                name(names[i], most=MAX_RUN_CHARS),
+                name(names[i], max_chars=MAX_RUN_CHARS),
                 name(timeline.status),
             ),
             number(scene.cost),
@@ -76,7 +76,7 @@ def _final(timeline: Timeline) -> Markup:
 def _parting(clock: Clock, other: int, names: list[str]) -> Markup:
     first, second = clock.timelines[0], clock.timelines[other]
     found = divergence(first, second)
-    mine, others = (dot(run_colour(i)) + name(names[i], most=MAX_RUN_CHARS) for i in (0, other))
+    mine, others = (dot(run_colour(i)) + name(names[i], max_chars=MAX_RUN_CHARS) for i in (0, other))
     title = html("<h3>{} and {}</h3>", mine, others)
     if found is None:
         return html("{}<p>They do the same to the end.</p>", title)

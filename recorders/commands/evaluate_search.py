@@ -125,10 +125,10 @@ def search(
         experiment.estimators(),
         request.dealt,
         folder,
-        watched=lambda them, total: progress(them, title="Training", total=total),
+        progress=lambda them, total: progress(them, title="Training", total=total),
         on=Workforce(workers, scheduler),
     ) as believers:
-        report = measure(request, believers=believers, watched=lambda results: progress(results, title="Searching"))
+        report = measure(request, believers=believers, progress=lambda results: progress(results, title="Searching"))
         answer = answer_of(report)
         if folder is not None:
             _write(report, answer, folder, figures=figures)

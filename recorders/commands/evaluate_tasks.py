@@ -178,7 +178,7 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Ho
         request.estimators(),
         how.dealt,
         how.output,
-        watched=lambda trained, total: progress(trained, title="Training", total=total),
+        progress=lambda trained, total: progress(trained, title="Training", total=total),
         on=Workforce(how.workers, how.scheduler),
     ) as believers:
         units = experiment.remaining_units(request, planned.keys, done, tap, how.meant, believers)

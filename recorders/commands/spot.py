@@ -367,11 +367,11 @@ def _check_parts(keep_last: float | None, split_mb: float | None, split_s: float
         )
 
 
-def check_within(option: str, value: float, least: float, most: float) -> None:
+def check_within(option: str, value: float, minimum: float, maximum: float) -> None:
     from workbench.errors import BadValue
 
-    if not least <= value <= most:
-        raise BadValue(option, value, f"between {least:g} and {most:g}")
+    if not minimum <= value <= maximum:
+        raise BadValue(option, value, f"between {minimum:g} and {maximum:g}")
 
 
 def camera_names(text: str) -> tuple[str, ...]:
