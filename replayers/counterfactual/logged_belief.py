@@ -173,7 +173,7 @@ def estimator_for(
     may_ask: bool = False,
     limit_s: float | None = None,
 ) -> EstimatorChoice:
-    """Who believes in a replay.
+    """The estimator whose beliefs a replay uses.
 
     Args:
         name: "log" takes the log's first belief where it never changed and was not rounded, and the estimator that
@@ -199,8 +199,8 @@ def estimator_for(
         found = estimator_of(evidence, name, origin, may_ask=may_ask, limit_s=limit_s)
         other = found.name != recorded
         note = f"beliefs by {found.name}; the run used {recorded}" if other else ""
-        static_beliefs = (name in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
-        return EstimatorChoice(estimator=found, static_beliefs=static_beliefs, hypothetical=other, note=note)
+        static = (name in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
+        return EstimatorChoice(estimator=found, static_beliefs=static, hypothetical=other, note=note)
     kind = recorded.partition("@")[0]
     follows = evidence.asking is not None and not evidence.asking.names_alone
     stays = evidence.static_beliefs and whole and kind not in LEARNING and evidence.memory is None and not follows
@@ -219,11 +219,10 @@ def estimator_for(
     same = without_memory(found.name) == without_memory(recorded)
     if not same and held:
         return _first_of(evidence, note="" if stays else HELD)
-    static_beliefs = (kind in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
+    static = (kind in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
     other = "" if same else f"beliefs by {found.name}; the run used {recorded}. "
-    return EstimatorChoice(
-        estimator=found, static_beliefs=static_beliefs, note=(other + ("" if static_beliefs else LEARNS)).rstrip(". ")
-    )
+    note = (other + ("" if static else LEARNS)).rstrip(". ")
+    return EstimatorChoice(estimator=found, static_beliefs=static, note=note)
 
 
 def estimator_of(

@@ -106,7 +106,7 @@ def search(
         miss_rate=miss_rate,
     )
     if memory or rates is not None:
-        from recorders.commands.memory_tables import show_searches
+        from recorders.commands.evaluate.memory_tables import show_searches
 
         if not memory or record or request.folds is not None or dry_run or miss_rate or workers > 1:
             given = "given for --rates, and without --record, --folds, --miss-rate, --workers and --dry-run"
