@@ -80,16 +80,9 @@ def record(
     if path.exists() and not force and sink is None:
         raise OutputExists(path)
     home, ways = _place(house, assets, moved, seed)
-    request = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
+    job = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
     trial = trial_for(
-        request,
-        home,
-        strategy=strategy,
-        estimator=estimator,
-        seed=seed,
-        max_known=known,
-        miss_rate=miss_rate,
-        ways=ways,
+        job, home, strategy=strategy, estimator=estimator, seed=seed, max_known=known, miss_rate=miss_rate, ways=ways
     )
     trial = _with_memory(trial, memory, rates, day)
     on_begun = None if begun is None else lambda: begun(trial)
