@@ -81,7 +81,7 @@ class LogReplayer:
         self._log = str(log)
         self._wanted = wanted
         self._run: Run | None = None
-        self._ground: PreparedLog | LiosError | None = None
+        self._prepared: PreparedLog | LiosError | None = None
         try:
             self._run = read(log, with_truth=wanted.settings.with_truth)
         except LiosError as error:
@@ -110,12 +110,12 @@ class LogReplayer:
     @property
     def prepared(self) -> PreparedLog | LiosError:
         """The prepared log, or the reason why it cannot be prepared."""
-        if self._ground is None:
+        if self._prepared is None:
             try:
-                self._ground = prepare_log(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
+                self._prepared = prepare_log(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
             except LiosError as error:
-                self._ground = error
-        return self._ground
+                self._prepared = error
+        return self._prepared
 
     @property
     def run(self) -> Run:
