@@ -16,9 +16,9 @@ import numpy as np
 
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.results import Assignment, WorldGroup
+from replayers.tables.html_tables import html_table
 from workbench.arrays import Bools, Ints
 from workbench.evaluation.statistics import Estimate, paired_difference
-from workbench.html_tables import html_table
 from workbench.terminal import counted
 from workbench.tolerances import NEAR_COST
 

@@ -15,11 +15,11 @@ import msgspec
 
 from replayers.counterfactual.durations import Durations
 from replayers.counterfactual.results import BoundFigures, Estimate, WorldGroup
+from replayers.tables.html_tables import html_table
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import ActionEnded
 from workbench.files import file_name_of, write_atomically
-from workbench.html_tables import html_table
 from workbench.terminal import counted
 
 if TYPE_CHECKING:  # stored replays are read without importing what makes them

@@ -25,7 +25,7 @@ from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
 from replayers.mcap_io.summary import is_closed, read_index
-from workbench.html_tables import Cell, html_table
+from replayers.tables.html_tables import Cell, html_table
 from workbench.log_schema.codec import decode
 from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction
 from workbench.log_schema.events import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from workbench.html_tables import MAX_ROWS, html_table
+from replayers.tables.html_tables import MAX_ROWS, html_table
 
 
 def test_markup_in_any_place_stays_text() -> None:
