@@ -6,7 +6,7 @@ The file's key covers everything that the result depends on; a replay with the s
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,10 +15,12 @@ import msgspec
 
 from replayers.counterfactual.durations import Durations
 from replayers.counterfactual.results import BoundFigures, Estimate, WorldGroup
+from replayers.tables.html_tables import html_table
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import ActionEnded
 from workbench.files import file_name_of, write_atomically
+from workbench.terminal import counted
 
 if TYPE_CHECKING:  # stored replays are read without importing what makes them
     from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings
@@ -117,6 +119,34 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     may_have_missed: tuple[str, ...] = ()
     contradicting: tuple[str, ...] = ()
     corrections: tuple[str, ...] = ()
+
+    def _repr_html_(self) -> str:
+        """A table of one row, as a notebook shows it."""
+        return replays_html((self,))
+
+
+def replays_html(replays: Iterable[StoredReplay], *, note: str = "") -> str:
+    """A table with one row for each replay: its cost, as far as the log can tell, and how its run ended.
+
+    Args:
+        note: a line below it.
+    """
+    listed = tuple(replays)
+    head = ("log", "driven", "strategy", "at least", "at most", "estimate", "exact", "status")
+    rows = (
+        (
+            Path(r.log).name,
+            r.recorded_strategy,
+            r.strategy,
+            r.bounds.lower if r.bounds else None,
+            r.bounds.upper if r.bounds else None,
+            r.estimate.mean if r.estimate else None,
+            r.exact,
+            r.status,
+        )
+        for r in listed
+    )
+    return html_table(counted(len(listed), "replay"), head, rows, note=note)
 
 
 def to_stored(prepared: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
