@@ -112,8 +112,12 @@ def runs(rows: Sequence[RunRow], shown: tuple[int, ...], *, total: int, order: R
         html('<span class="seek" {}>{}</span>', command(f"order {title}"), title + _arrow(title, order))
         for title in BELOW
     )
-    words = '<p class="muted">{} of {} runs. A name opens a run; + overlays it. Order also by {}.</p>'
-    count = html(words, len(rows), total, below)
+    count = html(
+        '<p class="muted">{} of {} runs. A name opens a run; + overlays it. Order also by {}.</p>',
+        len(rows),
+        total,
+        below,
+    )
     pages = _pages(page, len(arranged))
     return html('<div class="lp">{}{}{}{}</div>', count, pages, made, pages)
 
