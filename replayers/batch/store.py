@@ -70,6 +70,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
         lost: what is missing from the log, one line each.
         misses: how many items the recorded looks may have overlooked; may_have_missed names the containers.
         contradicting: types that the inventory lists and no look found, though nothing was left to open.
+        corrections: what people say was there although no look showed it, taken as certain; one line each.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
     """
 
@@ -115,6 +116,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     misses: int = 0
     may_have_missed: tuple[str, ...] = ()
     contradicting: tuple[str, ...] = ()
+    corrections: tuple[str, ...] = ()
 
 
 def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
@@ -164,6 +166,7 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         misses=evidence.misses,
         may_have_missed=evidence.doubtful,
         contradicting=ground.contradicting,
+        corrections=tuple(correction.words for correction in evidence.corrections),
     )
 
 

@@ -85,13 +85,14 @@ def compare(
         steps_frame(found).to_parquet(folder / "steps.parquet")
     lost = {record.log: record.lost for record in records if record.lost}
     imagined = sorted({record.log for record in records if record.imputed})
+    corrected = {record.log: record.corrections for record in records if record.corrections}
     changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
     rows = [_row(pair) for pair in pairs]
     if json:
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
                    "not_reproduced": unlike,
                    "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
-                   "imagined_logs": imagined, "lost": lost,
+                   "imagined_logs": imagined, "corrected": corrected, "lost": lost,
                    "skipped": [str(error) for error in skipped],
                    "claims": [_claim(j) for j in judged], "seed": seed})  # fmt: skip
         _settle(judged, junit)
@@ -103,6 +104,10 @@ def compare(
     if imagined:
         say(f"note: {counted(len(imagined), 'log')} of imagined worlds: what lies in some containers is imputed, "
             f"nobody saw it: {_names(imagined)}")  # fmt: skip
+    if corrected:
+        what = "; ".join(f"{Path(log).name}: {', '.join(words)}" for log, words in corrected.items())
+        were = f"{counted(len(corrected), 'log')} {'was' if len(corrected) == 1 else 'were'}"
+        say(f"note: {were} corrected by people, who are taken at their word: {what}")
     for log, reason in unlike.items():
         say(f"note: {log} is left out: {reason}")
     if frames:

@@ -25,6 +25,7 @@ from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
 from replayers.mcap_io.summary import is_closed, read_index
 from workbench.log_schema.codec import decode
+from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction
 from workbench.log_schema.events import (
     POSE_TOPIC,
     TOPIC_OF,
@@ -66,6 +67,7 @@ class Run:
         closed: the file has its end, as a recorder that was not killed writes it.
         complete: the log was closed properly and holds its outcome.
         damage: places where the file could not be read; empty for a log that is whole or was merely cut off.
+        corrections: what people say was there although no look showed it (lios log note --seen).
         part: the number of this file among the parts of a recording, from 0; empty for a log that was not split.
         skipped: topics whose sequence numbers, which the recorder counts from 0, have gaps; how many are missing.
     """
@@ -91,6 +93,7 @@ class Run:
     closed: bool = False
     complete: bool = False
     damage: tuple[Damage, ...] = ()
+    corrections: tuple[Correction, ...] = ()
     part: str = ""
     skipped: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
 
@@ -201,13 +204,14 @@ class _Found:
     info: RunInfo | None = None
     events: dict[type[msgspec.Struct], list[DomainEvent]] = field(default_factory=dict)
     poses: list[tuple[int, bytes]] = field(default_factory=list)
+    corrections: list[Correction] = field(default_factory=list)
     several: bool = False
     part: str = ""
     skipped: dict[str, int] = field(default_factory=dict)
     expected: dict[str, int] = field(default_factory=dict)
 
     def wants(self, topic: str) -> bool:
-        return topic == POSE_TOPIC or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
+        return topic in (POSE_TOPIC, NOTE_TOPIC) or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
 
     def take(self, record: Record | None) -> None:
         if isinstance(record, Metadata | Attachment) and run_and_name(record.name)[0] is not None:
@@ -226,8 +230,18 @@ class _Found:
                 self._count(topic, message.sequence)
                 event = decode(topic, message.data)
                 self.events.setdefault(type(event), []).append(event)
+            elif topic == NOTE_TOPIC:
+                self._take_note(message)
             elif message.channel.message_encoding == "protobuf":
                 self.poses.append((message.log_time, message.data))
+
+    def _take_note(self, message: Message) -> None:
+        if message.schema is not None and message.schema.name == NOTE_SCHEMA:
+            from replayers.log_tools.notes import note_from
+
+            correction = note_from(message).seen
+            if correction is not None:
+                self.corrections.append(correction)
 
     def _count(self, topic: str, sequence: int) -> None:
         """A number that is lower than expected begins the next file of a recording, or is of a writer without one."""
@@ -261,6 +275,7 @@ class _Found:
             truth=self._last(GroundTruth),
             dropped=self._last(Dropped),
             raw_poses=tuple(self.poses),
+            corrections=tuple(self.corrections),
             closed=closed,
             complete=closed and outcome is not None,
             damage=tuple(self.damage),
