@@ -24,9 +24,12 @@
     tab.click();
   };
   const asked = window.location.search;
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const scheme = () => "scheme=" + (system.matches ? "dark" : "light");
+  system.addEventListener("change", () => window.liosCommand("address ?" + scheme()));
   let tries = 0;
   const arrive = () => {
-    if (field()) window.liosCommand("address " + asked);
+    if (field()) window.liosCommand(`address ${asked || "?"}&${scheme()}`);
     else if (tries++ < 600) setTimeout(arrive, 100);
   };
   arrive();
