@@ -168,6 +168,20 @@ def test_store_from_upload_to_reading(
     assert read(f"{bucket}/day/toy.mcap").sha256 == read(log).sha256
 
 
+def test_google_store_from_upload_to_reading(
+    log: Path, google_bucket: str, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    assert "no log there" in refusal(capsys, "list", google_bucket)
+    assert "no such file" in refusal(capsys, "info", f"{google_bucket}/none.mcap")
+    assert "no log there" in refusal(capsys, "list", "gs://there-is-no-such-bucket/")
+    assert answer(capsys, "upload", str(log), f"{google_bucket}/day/")["copies"] == [f"{google_bucket}/day/toy.mcap"]
+    assert "exists" in refusal(capsys, "upload", str(log), f"{google_bucket}/day/")
+    assert [row["status"] for row in answer(capsys, "list", google_bucket)["rows"]] == ["done"]
+    assert [row["status"] for row in answer(capsys, "list", f"{google_bucket}/**/*.mcap")["rows"]] == ["done"]
+    assert read(f"{google_bucket}/day/toy.mcap").sha256 == read(log).sha256
+    assert not [record for record in caplog.records if record.name == "gcsfs"], "it prints lines of its own"
+
+
 def test_folder_of_replays_in_a_store_is_compared(
     log: Path, bucket: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

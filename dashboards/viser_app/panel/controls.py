@@ -22,6 +22,7 @@ from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
+from dashboards.panels.live.ghosts import ghosts
 from dashboards.panels.markup import error_line, style
 from dashboards.panels.memory import memory
 from dashboards.panels.now import legend, now, run_signs, title
@@ -100,6 +101,7 @@ class Controls:
         self._html["style"] = gui.add_html(str(style() + script()))
         self._add("title")
         self._add("trouble")
+        self._add("ghosts")
         self._add("now")
         self._build_time()
         go = gui.add_text("Go to", "", hint="Seconds, or: decision 7, seek 12.5, open 2, overlay 3.")
@@ -234,6 +236,8 @@ class Controls:
         colours = [run_colour(i) for i in range(len(names))]
         self._draw("strip", lambda: strip(clock, names, colours, session.notes()))
         self._draw("events", lambda: self._notes.panel(names))
+        by_strategy = {t.run.info.strategy: c for t, c in zip(clock.timelines, colours, strict=True)}
+        self._draw("ghosts", lambda: ghosts(session.library.ghosts, by_strategy))
 
     def _shown(self, session: Session, scenes: list[Scene]) -> None:
         scene, timeline, state = scenes[0], session.clock.timelines[0], session.state
