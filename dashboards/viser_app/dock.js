@@ -13,7 +13,7 @@
     root.setProperty("--lios-right", `${all.right - free.right}px`);
     root.setProperty("--lios-dock", `${timeline.getBoundingClientRect().height}px`);
   }
-  const scale = document.createElement("div");
+  const scale = document.querySelector(".lios-scale") || document.createElement("div"); // this may run again
   scale.className = "lios-scale";
   scale.title = "True to scale in the middle of the picture";
   window.liosScale = (px, words) => {

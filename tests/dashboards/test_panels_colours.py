@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from chromium import chromium, until
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Error, Page, expect
 from toy_run import other_run, toy_run
 
 from dashboards.capsule.write import write_capsule
@@ -152,9 +154,19 @@ def test_the_offline_page_has_a_scale_and_lists_its_keys(browser: Browser, capsu
     page.close()
 
 
+def _until(page: Page, expression: str, wanted: object) -> None:
+    """Waits for a value, also while the page is replaced by another."""
+    end, found = time.monotonic() + 180, None
+    while found != wanted:
+        assert time.monotonic() < end, f"{expression[:80]}: {found}, not {wanted}"
+        with suppress(Error):
+            found = page.evaluate(expression)
+        page.wait_for_timeout(100)
+
+
 @pytest.mark.slow
 @pytest.mark.browser
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)
 @pytest.mark.filterwarnings("ignore:Queued .* on a closed connection")
 def test_the_dashboard_follows_the_system_and_its_own_switch(browser: Browser) -> None:
     dashboard = open_dashboard(LOGS, port=0)
@@ -164,18 +176,18 @@ def test_the_dashboard_follows_the_system_and_its_own_switch(browser: Browser) -
     page.goto(dashboard.link("at=14"))
     page.locator(".lp .facts").wait_for()
     mode = "document.documentElement.dataset.mantineColorScheme"
-    page.wait_for_function(f"{mode} === 'dark'")
+    _until(page, mode, "dark")
     for tab in ("Plan", "Find costs", "Plots", "Compare", "Belief"):
         page.get_by_role("tab", name=tab, exact=True).click()
-        page.wait_for_function(f"{FAINT}.length === 0")
-    page.wait_for_function("/^\\d+ m$/.test(document.querySelector('.lios-scale')?.textContent)")
+        _until(page, f"String({FAINT})", "")
+    _until(page, "/^\\d+ m$/.test(document.querySelector('.lios-scale')?.textContent)", True)
     page.keyboard.press("?")
     expect(page.get_by_role("dialog", name="Keys")).to_contain_text("fit the house")
     page.keyboard.press("Escape")
     page.emulate_media(color_scheme="light")
-    page.wait_for_function(f"{mode} === 'light'")
+    _until(page, mode, "light")
     page.goto(dashboard.link("theme=dark"))
-    page.wait_for_function(f"{mode} === 'dark'")
-    page.wait_for_function("location.search.includes('theme=dark')")
+    _until(page, mode, "dark")
+    _until(page, "location.search.includes('theme=dark')", True)
     context.close()
     dashboard.stop()
