@@ -30,7 +30,7 @@ from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.perception import PERFECT, Perception, missing_at
-from workbench.worlds.simulated import EPOCH_NS, SimulatedWorld
+from workbench.worlds.simulated import EPOCH_NS, NavigationPaths, SimulatedWorld
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +45,7 @@ class Trial:
         trusts_looks: the robot does not know it, and takes every look at its word.
         memory: what the robot remembers of earlier runs.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
+        ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
     """
 
     house: House
@@ -58,6 +59,7 @@ class Trial:
     trusts_looks: bool = False
     memory: Memory | None = None
     start_ns: int = EPOCH_NS
+    ways: NavigationPaths | None = None
 
     @property
     def perception(self) -> Perception:
@@ -100,12 +102,14 @@ def trial_for(
     seed: int = 0,
     most_known: float | None = None,
     miss_rate: float = 0.0,
+    ways: NavigationPaths | None = None,
 ) -> Trial:
     """The trial for a task request in a house.
 
     Args:
         most_known: largest share of containers known at the start; by default 0 for a find, and
             MAX_KNOWN_SHARE for a task.
+        ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
 
     Raises:
         UnknownName: an unknown item type or scenario.
@@ -122,7 +126,7 @@ def trial_for(
             wish.scenario or str(wish.task_file),
             house,
             seed=seed,
-            travel=navigate(house.plan).travel,
+            travel=(ways or navigate(house.plan)).travel,
             most_known=MAX_KNOWN_SHARE if most_known is None else most_known,
         )
     return Trial(
@@ -133,6 +137,7 @@ def trial_for(
         seed=seed,
         known=start.known,
         miss_rate=miss_rate,
+        ways=ways,
     )
 
 
@@ -215,7 +220,7 @@ def _plain(name: str) -> str:
 
 
 def _prepare(trial: Trial) -> _PreparedRun:
-    navigation = navigate(trial.house.plan)
+    navigation = trial.ways or navigate(trial.house.plan)
     setup = set_up(
         trial.task,
         strategy=trial.strategy,
