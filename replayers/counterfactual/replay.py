@@ -224,7 +224,7 @@ def _world_search(ground: PreparedLog, planner: Strategy, first: RunEnded) -> Wo
     kind = decision_kind(planner, evidence.task.goal)
     if kind is None or is_from_outside(planner):
         return search()
-    made = ground.memory.searched.get((kind, _exact_beliefs(ground, planner)), search)
+    made = ground.searched.get((kind, _exact_beliefs(ground, planner)), search)
     return made if _begins_as(made.tree, first) else search()
 
 

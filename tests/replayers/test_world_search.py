@@ -39,7 +39,7 @@ def assert_together_as_alone(run: Run, names: tuple[str, str], settings: ReplayS
     shared = prepare_log(run, settings)
     together = [replay_on(shared, name) for name in names]
     alone = [replay_on(prepare_log(run, settings), name) for name in names]
-    assert len(shared.memory.searched) == 1
+    assert len(shared.searched) == 1
     assert [made.strategy for made in together] == list(names)
     for one, other in zip(together, alone, strict=True):
         assert findings(one) == findings(other)
@@ -93,11 +93,10 @@ def test_a_search_that_began_otherwise_is_not_shared() -> None:
     other = replay_on(ground, "opt-lios")
     kind = decision_kind(strategy("opt-greedy"), ground.evidence.task.goal)
     (found,) = [
-        ground.memory.searched.find(key)
-        for key in [(decision_kind(strategy("opt-lios"), ground.evidence.task.goal), True)]
+        ground.searched.find(key) for key in [(decision_kind(strategy("opt-lios"), ground.evidence.task.goal), True)]
     ]
     assert found is not None
-    ground.memory.searched.put((kind, True), found)
+    ground.searched.put((kind, True), found)
     made = replay_strategy(ground, strategy("opt-greedy"))
     alone = replay_on(prepare_log(read(LOGS / "find-greedy.mcap"), FEW), "opt-greedy")
     assert findings(made) == findings(alone)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, final
+from typing import final
 
 from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.evidence import Evidence
@@ -21,14 +21,9 @@ from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import ContainerId, LocationId
 
-if TYPE_CHECKING:
-    from replayers.counterfactual.bounds.world_search import WorldSearch
-
 MAX_CACHED_SEARCHES = 10_000
 """Searches of each kind in the cache."""
 MAX_CACHED_BOUNDS = 16
-MAX_SHARED_SEARCHES = 4
-"""Finished searches of all worlds; each keeps its run tree."""
 
 Order = tuple[SearchStop, ...]
 
@@ -42,7 +37,6 @@ class SearchCache:
     firsts: Cache[Hashable, ContainerId | None] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
     prices: Cache[Hashable, FindCosts] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
     outsides: Cache[Hashable, StateBounds] = field(default_factory=lambda: Cache(MAX_CACHED_BOUNDS))
-    searched: Cache[Hashable, WorldSearch] = field(default_factory=lambda: Cache(MAX_SHARED_SEARCHES))
 
     def outside(
         self,
