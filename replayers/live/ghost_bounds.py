@@ -24,6 +24,7 @@ class Basis(msgspec.Struct, frozen=True, kw_only=True):
         beliefs: who believes, and whether the beliefs are fixed and exact.
         refused: containers, moves and picks that were refused.
         misses: how many items looks may have overlooked.
+        corrected: what people said was there although no look showed it.
         lost: what is missing from the log.
     """
 
@@ -31,6 +32,7 @@ class Basis(msgspec.Struct, frozen=True, kw_only=True):
     beliefs: tuple[str, bool, bool]
     refused: tuple[str, ...]
     misses: int
+    corrected: tuple[str, ...]
     lost: tuple[str, ...]
 
 

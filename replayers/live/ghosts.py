@@ -48,6 +48,7 @@ CHANGED: Mapping[str, str] = MappingProxyType(
         "beliefs": "who believes",
         "refused": "something was refused",
         "misses": "a look must have missed something",
+        "corrected": "somebody corrected what was seen",
         "lost": "something is missing from the log",
     }
 )
@@ -208,7 +209,7 @@ class Ghosts:
     def _rebased(self, ground: PreparedLog) -> str:
         """Forgets earlier bounds where the log rests on something else than before; then it says so."""
         evidence = ground.evidence
-        refused = (*evidence.shut, *evidence.refused_moves, *evidence.stuck, *evidence.left)
+        refused = (*evidence.refused_searches, *evidence.refused_moves, *evidence.refused_picks, *evidence.left)
         basis = Basis(
             run_id=evidence.info.run_id,
             beliefs=(
@@ -218,6 +219,7 @@ class Ghosts:
             ),
             refused=tuple(sorted(str(name) for name in refused)),
             misses=evidence.misses,
+            corrected=tuple(correction.words for correction in evidence.corrections),
             lost=evidence.gaps.lost,
         )
         before, self._basis = self._basis, basis
@@ -270,7 +272,7 @@ class Ghosts:
 
 def _what_matters(run: Run) -> tuple[object, ...]:
     """How much of a run a replay goes by there is; a robot's pictures and poses leave it as it is."""
-    events = (run.observations, run.answers, run.beliefs, run.plans, run.actions)
+    events = (run.observations, run.answers, run.beliefs, run.plans, run.actions, run.corrections)
     return (*map(len, events), run.outcome, run.closed, len(run.damage))
 
 
