@@ -42,8 +42,7 @@ from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
 from workbench.worlds.travel import Paths
 
-
-MAX_SHARED_SEARCHES = 4
+MAX_SHARED_SEARCHES = 2
 """Finished searches of the worlds that are kept, each with its run tree."""
 
 
