@@ -22,7 +22,7 @@ from workbench.worlds.shipped import shipped_houses
 LOGS = Path(__file__).parents[2] / "logs"
 ALIKE = (("opt-greedy", "pes-greedy"), ("opt-lios", "pes-lios"))
 """Strategies that differ by a constant for each find."""
-FEW = ReplaySettings(worlds=20, budget=Budget(stretches=40, draws=20))
+FEW = ReplaySettings(worlds=20, budget=Budget(segments=40, draws=20))
 TABLE = "table"
 
 
@@ -31,7 +31,7 @@ def findings(made: Replay) -> tuple[object, ...]:
     assert made.bounds is not None
     assert made.drawn is not None
     ends = made.bounds.cheapest, made.bounds.dearest
-    return (made.bounds.figures, made.bounds.groups, ends, made.estimate, made.stretches, made.asked, made.notes,
+    return (made.bounds.figures, made.bounds.groups, ends, made.estimate, made.segments, made.asked, made.notes,
             tuple(made.drawn.tolist()))  # fmt: skip
 
 
@@ -89,15 +89,13 @@ def test_a_constant_for_each_find_changes_nothing_where_every_plan_has_as_many(g
 
 def test_a_search_that_began_otherwise_is_not_shared() -> None:
     """As if two strategies of one kind went different ways: each has bounds of its own."""
-    ground = prepare_log(read(LOGS / "find-greedy.mcap"), FEW)
-    other = replay_on(ground, "opt-lios")
-    kind = decision_kind(strategy("opt-greedy"), ground.evidence.task.goal)
-    (found,) = [
-        ground.searched.find(key) for key in [(decision_kind(strategy("opt-lios"), ground.evidence.task.goal), True)]
-    ]
+    prepared = prepare_log(read(LOGS / "find-greedy.mcap"), FEW)
+    goal = prepared.evidence.task.goal
+    other = replay_on(prepared, "opt-lios")
+    found = prepared.searched.find((decision_kind(strategy("opt-lios"), goal), True))
     assert found is not None
-    ground.searched.put((kind, True), found)
-    made = replay_strategy(ground, strategy("opt-greedy"))
+    prepared.searched.put((decision_kind(strategy("opt-greedy"), goal), True), found)
+    made = replay_strategy(prepared, strategy("opt-greedy"))
     alone = replay_on(prepare_log(read(LOGS / "find-greedy.mcap"), FEW), "opt-greedy")
     assert findings(made) == findings(alone)
     assert findings(made) != findings(other)

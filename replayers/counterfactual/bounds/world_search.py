@@ -25,7 +25,7 @@ from workbench.worlds.house import ContainerId
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldSearch:
-    """The results of one search; `bounds`, `standing` (if_beliefs_stand), `estimate`, `drawn`, `stretches` and
+    """The results of one search; `bounds`, `standing` (if_beliefs_stand), `estimate`, `drawn`, `segments` and
     `asked` are as of Replay."""
 
     tree: RunTree
@@ -33,7 +33,7 @@ class WorldSearch:
     standing: Bounds | None
     drawn: Floats | None
     estimate: Estimate | None
-    stretches: int
+    segments: int
     asked: tuple[ContainerId, ...]
 
 
@@ -53,12 +53,12 @@ def search_worlds(
         standing = bounds_of(tree, budget=budget, whatever_is_believed=False, memory=memory)
     drawn, estimate, ends = None, None, ()
     if worlds is not None:
-        drawn, done = costs_in(worlds, tree, most_stretches=budget.draws)
+        drawn, done = costs_in(worlds, tree, max_segments=budget.draws)
         estimate = estimate_of(drawn, done)
         ends = tuple(tree.follow(worlds.chooser(int(world))) for world in (drawn.argmin(), drawn.argmax()))
     bounds, standing = _with_all_ends(bounds, standing, ends, tree)
     if bounds.upper_proof is Proof.NONE:
-        climbed = climbed_ends(tree, standing or bounds, most_stretches=budget.climb)
+        climbed = climbed_ends(tree, standing or bounds, max_segments=budget.climb)
         bounds, standing = _with_all_ends(bounds, standing, climbed, tree)
     return WorldSearch(
         tree=tree,
@@ -66,7 +66,7 @@ def search_worlds(
         standing=standing,
         drawn=drawn,
         estimate=estimate,
-        stretches=tree.stretches,
+        segments=tree.segments,
         asked=tuple(tree.asked),
     )
 
