@@ -41,7 +41,7 @@ def title(timeline: Timeline, *, has_truth: bool = False) -> Markup:
         notes.append("This log holds no beliefs; containers keep one colour.")
     warned = Markup("").join(html('<div class="warn">{}</div>', text(note)) for note in notes)
     facts = Markup(" · ").join(name(p) for p in parts if p)
-    task = name(timeline.task_words, most=MAX_TASK_CHARS)
+    task = name(timeline.task_words, max_chars=MAX_TASK_CHARS)
     return html('<div class="lp"><h2>{}</h2><p class="muted">{}</p>{}</div>', task, facts, warned)
 
 
@@ -89,7 +89,7 @@ def _failure_note(scene: Scene) -> Markup:
         scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > NEAR_SHOWN_COST else None
     )
     cost = f" Charged: {number(charged)}." if charged is not None else ""
-    return html('<p class="warn">Ended because: {}.{}</p>', name(scene.why_ended, most=MAX_TASK_CHARS), cost)
+    return html('<p class="warn">Ended because: {}.{}</p>', name(scene.why_ended, max_chars=MAX_TASK_CHARS), cost)
 
 
 class RunSigns(TypedDict):

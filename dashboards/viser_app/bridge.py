@@ -40,8 +40,8 @@ def script() -> Markup:
 
 
 def update_address(query: str) -> Markup:
-    """Markup that puts a query into the page's address without reloading it."""
-    code = f"history.replaceState(null,'',{dumps('?' + query)})"
+    """Markup that puts a query into the page's address without reloading it; the page adds the tab in front."""
+    code = f"window.liosAddress({dumps('?' + query)})"
     return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
 
 
