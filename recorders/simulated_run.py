@@ -14,7 +14,7 @@ from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import Sink
 from recorders.sinks.mirrored import Audience
 from workbench.beliefs.memory.memory import Memory
-from workbench.errors import InputError, UnknownName
+from workbench.errors import BadValue, InputError, UnknownName
 from workbench.execution.events import Event, RunEnded
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
@@ -24,13 +24,16 @@ from workbench.log_schema.events import RunInfo
 from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place, place_to_json, task_to_json
+from workbench.log_schema.sight_json import sight_to_settings
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task, find_task
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.perception import PERFECT, Perception, missing_at
-from workbench.worlds.simulated import EPOCH_NS, SimulatedWorld
+from workbench.worlds.sight.lines_of_sight import checked_radius
+from workbench.worlds.sight.sightings import passing_ways
+from workbench.worlds.simulated import EPOCH_NS, SIGHT_NEVER_MISSES, SimulatedWorld
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +45,7 @@ class Trial:
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
         miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
+        sees_m: how far the robot sees open furniture in passing, in metres; 0 for not at all.
         trusts_looks: the robot does not know it, and takes every look at its word.
         memory: what the robot remembers of earlier runs.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
@@ -55,6 +59,7 @@ class Trial:
     known: tuple[ContainerId, ...] = ()
     costs: ActionCosts = SIMULATION_COSTS
     miss_rate: float = 0.0
+    sees_m: float = 0.0
     trusts_looks: bool = False
     memory: Memory | None = None
     start_ns: int = EPOCH_NS
@@ -100,6 +105,7 @@ def trial_for(
     seed: int = 0,
     most_known: float | None = None,
     miss_rate: float = 0.0,
+    sees_m: float = 0.0,
 ) -> Trial:
     """The trial for a task request in a house.
 
@@ -110,9 +116,11 @@ def trial_for(
     Raises:
         UnknownName: an unknown item type or scenario.
         Unsupported: a scenario that the house cannot support.
-        BadValue: a miss rate outside [0, 1).
+        BadValue: a miss rate outside [0, 1), no sight radius, or both.
     """
     missing_at(miss_rate)
+    if checked_radius(sees_m) and miss_rate:
+        raise BadValue("--sees", sees_m, SIGHT_NEVER_MISSES)
     if wish.find:
         task = find_task(item_type_in(house, wish.find), START)
         known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=most_known or 0.0)
@@ -133,6 +141,7 @@ def trial_for(
         seed=seed,
         known=start.known,
         miss_rate=miss_rate,
+        sees_m=sees_m,
     )
 
 
@@ -185,6 +194,7 @@ def record_trial(
         audience=audience,
         settings={
             **perception_to_settings(trial.perception),
+            **sight_to_settings(trial.sees_m),
             **memory_to_settings(trial.memory),
             **estimator_to_settings(ready.setup.estimator),
         },
@@ -234,6 +244,7 @@ def _prepare(trial: Trial) -> _PreparedRun:
             known=trial.known,
             miss_rate=trial.miss_rate,
             seed=trial.seed,
+            passing=passing_ways(trial.house.plan, navigation.travel, navigation, trial.sees_m),
             start_ns=trial.start_ns,
         ),
         place=Place.of(trial.house.plan, navigation),
@@ -249,6 +260,7 @@ def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
         msgspec.json.encode([driver.strategy, driver.estimator, trial.seed, list(trial.known), trial.costs]),
         msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
         b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}{', trusted' * trial.trusts_looks}".encode(),
+        b"" if not trial.sees_m else f"sees {trial.sees_m!r}".encode(),
         b"" if trial.start_ns == EPOCH_NS else f"begins {trial.start_ns}".encode(),
     )
     return run_info(

@@ -35,6 +35,7 @@ from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
 from workbench.log_schema.memory_json import memory_from_settings
 from workbench.log_schema.perception_json import perception_from_settings
 from workbench.log_schema.place import Place
+from workbench.log_schema.sight_json import sight_from_settings
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import ContainerId, Contents, Item, ItemId, ItemType, LocationId
@@ -57,6 +58,16 @@ class StartUnknown(Unsupported):
 
     def __init__(self, run: Run, why: str) -> None:
         super().__init__(f"{run.path}: {why}. Replay the log as it was recorded, before it was filtered or damaged.")
+
+
+class SeesInPassing(Unsupported):
+    """The log of a robot that sees in passing."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(
+            f"{run.path}: its robot sees open furniture in passing (--sees), and no replay knows yet what another way "
+            "would have shown. Record the run without --sees to replay it."
+        )
 
 
 class NoTaskAttempted(Unsupported):
@@ -181,6 +192,8 @@ def evidence_of(run: Run) -> Evidence:
     """
     if run.task.goal == AllOf(parts=()):
         raise NoTaskAttempted(run)
+    if sight_from_settings(run.settings):
+        raise SeesInPassing(run)
     gaps = gaps_of(run)
     if run.part and (run.part != "0" or not run.complete or gaps.lost):
         raise PartOfRun(run)
