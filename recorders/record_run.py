@@ -93,8 +93,8 @@ def record(
         sees_m=sees,
     )
     trial = _with_memory(trial, memory, rates, day)
-    told = None if begun is None else lambda: begun(trial)
-    return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=told)
+    on_begun = None if begun is None else lambda: begun(trial)
+    return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=on_begun)
 
 
 def _house(house: House | str, assets: Path | None, moved: float, seed: int) -> House:

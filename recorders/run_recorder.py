@@ -174,15 +174,15 @@ class RunRecorder:
 
     def _write(self, event: Event) -> None:
         """Write an event and its viewer messages by stamp: the poses of an action come before its end."""
-        told = () if self._narrator is None else tuple(self._narrator.tell(event))
+        narrated = () if self._narrator is None else tuple(self._narrator.tell(event))
         if isinstance(event, ActionEnded):
-            self._write_viewer(self._files, told)
+            self._write_viewer(self._files, narrated)
         for wire in to_wire(event):
             self._write_domain(self._files, wire)
             if isinstance(wire, Outcome):
                 self._files.describe(OUTCOME_METADATA, outcome_to_metadata(wire, event.decision))
         if not isinstance(event, ActionEnded):
-            self._write_viewer(self._files, told)
+            self._write_viewer(self._files, narrated)
 
     def _write_domain(self, sink: Sink, event: DomainEvent) -> None:
         channel = json_channel(type(event), latched=isinstance(event, GroundTruth))

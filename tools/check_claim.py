@@ -13,7 +13,7 @@ import zipfile
 from collections import Counter
 from copy import copy
 from functools import reduce
-from itertools import chain, permutations, product
+from itertools import chain, combinations, product
 from math import inf, isfinite, prod
 from operator import or_
 
@@ -53,10 +53,9 @@ class Log:
         self.rows, self.symmetric = place["travel"]["metres"], place["travel"].get("symmetric", False)
         self.goal, self.failure = self.task["goal"], self.task["failure_cost"]
         actions = heard["/search/action"]
-        whole = all(a["success"] for a in actions) and sorted(a["index"] for a in actions) == list(
-            range(1, len(actions) + 1)
-        )
-        need(whole and len(heard["/search/outcome"]) == 1, "the log is not whole, or shows refused actions")
+        indexes, one_end = sorted(a["index"] for a in actions), len(heard["/search/outcome"]) == 1
+        whole = one_end and indexes == [*range(1, len(actions) + 1)] and all(a["success"] for a in actions)
+        need(whole, "the log is not whole, or shows refused actions")
         looks = sorted(heard["/search/observation"], key=lambda o: (stamp(o), o["decision"]))
         containers = [c["id"] for c in place["plan"]["containers"]]
         self.contents = contents_at_start(looks, actions, containers)
@@ -114,8 +113,7 @@ class State:
     """Where the robot is, what it holds, where the items that it knows of stand, and what it opened."""
 
     def __init__(self, log):
-        self.at, self.held, self.spent, self.world = "start", None, 0.0, {}
-        self.opened = set(log.known)
+        self.at, self.held, self.spent, self.world, self.opened = "start", None, 0.0, {}, set(log.known)
         self.items = {i: (t, c) for c in log.known for i, t in log.contents[c].items()}
 
     def again(self):
@@ -148,8 +146,8 @@ class State:
         else:
             need(target == self.at, f"{action} at {target} while the robot stands at {self.at}")
             cost = log.costs["search" if action == "search" else "manipulation"]
-        known = action in ("move", "search", "pick", "place")
-        need(known and len(step["items"]) == (action in ("pick", "place")), f"{action} of {step['items']}")
+        handled = {"move": 0, "search": 0, "pick": 1, "place": 1}.get(action)
+        need(handled == len(step["items"]), f"{action} of {step['items']}")
         if action in ("pick", "place"):
             item = step["items"][0]
             need(item in self.items, f"{item} is not known")
@@ -281,18 +279,20 @@ def main(paths):
             with zipfile.ZipFile(path) as packed:
                 need(packed.getinfo("claim.json").file_size <= MOST_BYTES, "it is too large")
                 claim = json.loads(packed.read("claim.json"))
-            lower, upper = check(claim, logs)
+            (lower, upper), log_hash = check(claim, logs), claim["log_sha256"]
+            most = "no upper bound" if upper is None else f"{upper:.2f} ({claim['upper']['kind']})"
+            by_strategy.setdefault(claim["strategy"], {})[log_hash] = lower, inf if upper is None else upper
+            print(f"{path}: holds: {claim['strategy']} costs {lower:.2f} ({claim['lower']['kind']}) to {most}")
         except (Refused, McapError, OSError, KeyError, ValueError, RecursionError, zipfile.BadZipFile) as error:
             print(f"{path}: refused: {error}")
             code = 1
-            continue
-        most = "no upper bound" if upper is None else f"{upper:.2f} ({claim['upper']['kind']})"
-        print(f"{path}: holds: {claim['strategy']} costs {lower:.2f} ({claim['lower']['kind']}) to {most}")
-        by_strategy.setdefault(claim["strategy"], {})[claim["log_sha256"]] = (lower, inf if upper is None else upper)
-    for (a, ours), (b, theirs) in permutations(by_strategy.items(), 2):
+    for (a, ours), (b, theirs) in combinations(by_strategy.items(), 2):
         both = ours.keys() & theirs.keys()
-        if both and sum(ours[k][1] for k in both) < sum(theirs[k][0] for k in both) - NEAR:
-            print(f"{a} beats {b} on these {len(both)} trials, in every world that agrees with their logs")
+        low, high, least, most = (sum(side[k][end] for k in both) for side in (ours, theirs) for end in (0, 1))
+        neither = f"neither of {a} and {b} is shown to beat the other"
+        beats = f"{a} beats {b}" if high < least - NEAR else f"{b} beats {a}" if most < low - NEAR else neither
+        if both:
+            print(f"{beats} on these {len(both)} trials, in every world that agrees with their logs")
     return code
 
 

@@ -104,7 +104,7 @@ def _tables(
             file_format=file_format,
             partition_by=[name.strip() for name in partition_by.split(",") if name.strip()],
             force=force,
-            told=lambda tables: progress(tables, title="export", total=len(names)),
+            progress=lambda tables: progress(tables, title="export", total=len(names)),
         )
     lost = losses_of_logs(logs)
     if as_json:
@@ -145,8 +145,8 @@ def _recordings(logs: Sequence[Path], output: Path, *, single: bool, force: bool
             problems[str(log)] = str(error)
     lost = losses_of_logs([log for log in logs if str(log) not in problems])
     if as_json:
-        told = [{"file": log, "reason": reason} for log, reason in problems.items()]
-        emit_json({"output": str(output), "bytes": sizes, "problems": told, "lost": lost})
+        rows = [{"file": log, "reason": reason} for log, reason in problems.items()]
+        emit_json({"output": str(output), "bytes": sizes, "problems": rows, "lost": lost})
     for path, size in sizes.items():
         say(f"Wrote {path} ({size / 1e6:.2f} MB). Open it: rerun {path}")
     _say_what_is_missing(list(problems.values()), lost)

@@ -149,9 +149,9 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
     start_ns, end_ns = _span(run, actions)
     decisions = _decisions(run, actions)
     way_s, way_xy, facing, imputed = path_of_actions(run.place, actions, start_ns)
-    told = path_of_poses(run, start_ns, end_ns)
-    if told is not None:
-        (way_s, way_xy, facing), imputed = told, np.zeros(len(told[0]), dtype=np.bool_)
+    recorded = path_of_poses(run, start_ns, end_ns)
+    if recorded is not None:
+        (way_s, way_xy, facing), imputed = recorded, np.zeros(len(recorded[0]), dtype=np.bool_)
     steps = np.hypot(*np.diff(way_xy, axis=0).T) if len(way_xy) > 1 else np.zeros(0)
     cost_s, cost = _costs(actions, start_ns)
     searched, known, contents = _searches(run.observations, plan)

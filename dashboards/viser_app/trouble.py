@@ -25,7 +25,7 @@ class ViewErrors:
 
     def __init__(self, view: str) -> None:
         self._view = view
-        self._told: dict[str, str] = {}
+        self._notified: dict[str, str] = {}
 
     @contextmanager
     def caught(self, what: str, tell: Callable[[str], None]) -> Generator[None]:
@@ -39,14 +39,14 @@ class ViewErrors:
             yield
         except Exception as error:
             line = f"{what} could not be drawn: {one_line(error)}"
-            if self._told.get(what) != line:
-                self._told[what] = line
+            if self._notified.get(what) != line:
+                self._notified[what] = line
                 log.error("lios: view %s: %s", self._view, line)
                 log.debug("the traceback of it:", exc_info=error)
             with suppress(Exception):
                 tell(line)
         else:
-            self._told.pop(what, None)
+            self._notified.pop(what, None)
 
 
 def one_line(error: Exception) -> str:

@@ -117,8 +117,8 @@ def search(
     if dry_run:
         count = sum(1 for _ in request.chosen_houses())
         planned = {"houses": count, "queries": queries, "policies": list(experiment.policies), "seed": seed}
-        told = f"{queries} queries in {count} houses, policies {', '.join(experiment.policies)}, seed {seed}"
-        emit_json(planned) if json else say(told)
+        planned_text = f"{queries} queries in {count} houses, policies {', '.join(experiment.policies)}, seed {seed}"
+        emit_json(planned) if json else say(planned_text)
         return
     folder = None if output is None else output_folder(output, force=force)
     with trained_per_fold(

@@ -289,15 +289,15 @@ def run(
     ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
-            tell_plan(connection, wanted, ready)
+            print_plan(connection, wanted, ready)
             return
         with watched(output.name, serve) as audience:
             watched_run = replace(wanted, audience=audience)
             report = run_by_keys(connection, watched_run, ready, output, force=force)
-    tell_run(report, output, as_json=json)
+    print_report(report, output, as_json=json)
 
 
-def tell_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
+def print_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
     """Print the first decision without moving the robot."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.run import first_decision
@@ -332,7 +332,7 @@ def run_by_keys(connection: Connection, wanted: RobotRun, ready: RunSetup, outpu
         )
 
 
-def tell_run(report: RunReport, output: Path, *, as_json: bool) -> None:
+def print_report(report: RunReport, output: Path, *, as_json: bool) -> None:
     from workbench.terminal import counted, emit_json, say
 
     end = report.ended

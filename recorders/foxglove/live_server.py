@@ -124,11 +124,11 @@ class LiveServer:
             served.last = (data, log_time)
         served.channel.log(data, log_time=log_time)
 
-    def tell_time(self, now_ns: int) -> None:
+    def broadcast_time(self, now_ns: int) -> None:
         """Viewers show this as the current time."""
         self._server.broadcast_time(now_ns)
 
-    def tell_playback(self, state: PlaybackState) -> None:
+    def broadcast_playback(self, state: PlaybackState) -> None:
         """Viewers show this state of playing."""
         self._server.broadcast_playback_state(state)
 

@@ -144,7 +144,7 @@ class ThreadedSink:
 
     def _work(self) -> None:
         synced = time.monotonic()
-        told: dict[str, int] = {}
+        reported: dict[str, int] = {}
         unsynced = finished = False
         try:
             while not finished:
@@ -153,9 +153,9 @@ class ThreadedSink:
                 closing, flush = self._closing, self._flush_wanted
                 self._flush_wanted = False
                 unsynced = self._drain_queue() or unsynced
-                if (dropped := self.dropped) != told and (closing or time.monotonic() - synced >= self._sync_s):
+                if (dropped := self.dropped) != reported and (closing or time.monotonic() - synced >= self._sync_s):
                     self._write_dropped(dropped)
-                    told, unsynced = dropped, True
+                    reported, unsynced = dropped, True
                 if flush or (unsynced and time.monotonic() - synced >= self._sync_s):
                     self._inner.flush()
                     synced, unsynced = time.monotonic(), False

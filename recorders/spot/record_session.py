@@ -270,4 +270,4 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
     driver = Driver(strategy=OPERATOR, estimator=ASKED_LATER)
-    return robot_run_info(connection, site, task, driver, told_apart_by="session")
+    return robot_run_info(connection, site, task, driver, id_salt="session")

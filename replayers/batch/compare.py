@@ -97,9 +97,9 @@ def cost_difference(a: StoredReplay, b: StoredReplay) -> CostDifference:
     assert a.bounds is not None, f"{a.strategy} has no bounds"
     assert b.bounds is not None, f"{b.strategy} has no bounds"
     least, most = a.bounds.lower - b.bounds.upper, a.bounds.upper - b.bounds.lower
-    paired = bool(a.told and b.told) and len(a.told) * len(b.told) <= MAX_PAIRS
+    paired = bool(a.groups and b.groups) and len(a.groups) * len(b.groups) <= MAX_PAIRS
     if paired:
-        lowest, highest = _difference_bounds(a.told, b.told)
+        lowest, highest = _difference_bounds(a.groups, b.groups)
         least, most = max(least, lowest), min(most, highest)
     chance, drawn = None, None
     common = min(len(a.drawn), len(b.drawn))
@@ -186,10 +186,10 @@ def _difference_bounds(a: Sequence[WorldGroup], b: Sequence[WorldGroup]) -> tupl
 def _compatible_groups(a: Sequence[WorldGroup], b: Sequence[WorldGroup]) -> Bools:
     """Which groups of a and of b can contain the same world; bool, shape (groups of a, groups of b)."""
     possible = np.ones((len(a), len(b)), dtype=bool)
-    told_a, told_b = _by_container(a), _by_container(b)
-    for container in told_a.keys() & told_b.keys():
-        answers_a, which_a = told_a[container]
-        answers_b, which_b = told_b[container]
+    by_container_a, by_container_b = _by_container(a), _by_container(b)
+    for container in by_container_a.keys() & by_container_b.keys():
+        answers_a, which_a = by_container_a[container]
+        answers_b, which_b = by_container_b[container]
         alike = np.ones((len(answers_a) + 1, len(answers_b) + 1), dtype=bool)
         for i, x in enumerate(answers_a):
             alike[i, :-1] = [answers_compatible(x, y) for y in answers_b]

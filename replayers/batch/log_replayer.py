@@ -233,8 +233,8 @@ def _stored_replay(path: Path, key: str, wanted: ReplayRequest) -> StoredReplay 
         return None
     if record.key != key:
         return None
-    told = [world for world in wanted.worlds if _has_world_run(world, record)]
-    return record if all(log_path(path, world).exists() for world in told) else None
+    expected = [world for world in wanted.worlds if _has_world_run(world, record)]
+    return record if all(log_path(path, world).exists() for world in expected) else None
 
 
 def _has_world_run(world: str, record: StoredReplay) -> bool:

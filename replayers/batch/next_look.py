@@ -90,9 +90,9 @@ def rank_looks(worlds: SampledWorlds, costs: Mapping[str, Floats], asked: Collec
         looks.append(
             LookValue(
                 container=container,
-                settles=doubt - sum(s * _doubt(table[:, g]) for s, g in zip(shares, groups, strict=True)),
+                settles=max(0.0, doubt - sum(s * _doubt(table[:, g]) for s, g in zip(shares, groups, strict=True))),
                 doubt=doubt,
-                narrows=spread - sum(s * _spread(table[:, g]) for s, g in zip(shares, groups, strict=True)),
+                narrows=max(0.0, spread - sum(s * _spread(table[:, g]) for s, g in zip(shares, groups, strict=True))),
                 chance_found=float(inside.any(axis=1).mean()),
             )
         )

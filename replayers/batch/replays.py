@@ -28,7 +28,7 @@ from workbench.remote.path import path_of
 if TYPE_CHECKING:
     import pandas as pd
 
-Told = Callable[[Iterator[Outcome], int], Iterable[Outcome]]
+Progress = Callable[[Iterator[Outcome], int], Iterable[Outcome]]
 """Passes outcomes on as they are made, and knows how many there will be: a progress bar."""
 
 Log = Run | Path | str
@@ -87,7 +87,7 @@ def replay(
     worlds: Sequence[str] = (),
     workers: int | None = 1,
     scheduler: str = "",
-    told: Told | None = None,
+    progress: Progress | None = None,
 ) -> Replays:
     """Replay strategies over logs, to know what they would have cost.
 
@@ -99,7 +99,7 @@ def replay(
         worlds: with `output`, of "best", "worst" and "drawn", those in which the run is recorded besides.
         workers: processes; None for one for each core. Results do not depend on it.
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
-        told: wraps the outcomes, such as in a progress bar.
+        progress: wraps the outcomes, such as in a progress bar.
 
     Returns:
         Replays with bounds, estimates and steps. A log that cannot be replayed is in `failed`.
@@ -127,7 +127,7 @@ def replay(
     if scheduler and settings.in_process:
         raise BadValue("--scheduler", scheduler, "left out with --in-process, which runs a planner in this process")
     made = replay_all(files, wanted, workers=1 if settings.in_process else workers, scheduler=scheduler)
-    outcomes = list(told(made, len(files) * len(wanted.strategies)) if told else made)
+    outcomes = list(progress(made, len(files) * len(wanted.strategies)) if progress else made)
     outcomes += [LogFailed(log=str(f), strategy=name, reason=why) for f in files for name, why in not_loaded.items()]
     outcomes += [LogFailed(log=str(part), strategy="", reason=join_first(part, of)) for part, of in parts.items()]
     return Replays(outcomes=tuple(outcomes), logs=files, settings=settings, not_loaded=MappingProxyType(not_loaded))

@@ -63,7 +63,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
         seconds, seconds_rms, durations: predicted duration of the run over the log alone; for a robot's log by its
             own speeds, with the root mean square error that their residuals leave.
         steady_beliefs: what else lies in an open container cannot move the beliefs (docs/replay.md, Whose beliefs).
-        told: what is known of the cost in each group of worlds; all groups together are every consistent world.
+        groups: what is known of the cost in each group of worlds; all groups together are every consistent world.
         if_beliefs_stand: bounds that hold as if open containers held nothing but the task's types; None where the
             bounds hold without that.
         imputed: containers whose contents the log only imagines: it is of a replay in an imagined world.
@@ -102,7 +102,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     durations: Durations | None
     true_cost: float | None
     true_status: str | None
-    told: tuple[WorldGroup, ...]
+    groups: tuple[WorldGroup, ...] = msgspec.field(name="told")
     if_beliefs_stand: BoundFigures | None
     drawn: tuple[float, ...]
     draws: str
@@ -151,7 +151,7 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         durations=ground.durations if ground.is_fitted else None,
         true_cost=made.true_cost,
         true_status=made.true_status,
-        told=bounds.told if bounds else (),
+        groups=bounds.groups if bounds else (),
         if_beliefs_stand=made.if_beliefs_stand.figures if made.if_beliefs_stand else None,
         drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
         draws=ground.draws,
@@ -233,8 +233,8 @@ def _with_infinities(record: dict[str, Any]) -> dict[str, Any]:
     for name in ("bounds", "if_beliefs_stand"):
         for figure, unknown in (("upper", inf), ("least_found", inf), ("largest_found", -inf)):
             _replace_null(record.get(name), figure, unknown)
-    told = record.get("told")
-    for group in told if isinstance(told, list) else ():
+    groups = record.get("told")
+    for group in groups if isinstance(groups, list) else ():
         _replace_null(group, "most", inf)
     return record
 

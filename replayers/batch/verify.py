@@ -39,7 +39,7 @@ from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.tolerances import NEAR_ROUNDED
 
-NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note", "look"})
+NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note", "look", "opened_by"})
 """Fields that depend on the world or the machine, or are words for people; not compared."""
 
 MEASURED = NOT_COMPARED | {"cost", "own_cost", "travel_m"}

@@ -84,7 +84,7 @@ def _require_plain(ground: PreparedLog, evidence: Evidence) -> None:
         raise NotCertifiable(log, "the log is of an imagined world")
     if evidence.misses:
         raise NotCertifiable(log, "looks in it may have missed something")
-    if evidence.shut or evidence.refused_moves or evidence.stuck:
+    if evidence.refused_searches or evidence.refused_moves or evidence.refused_picks:
         raise NotCertifiable(log, "actions were refused in it")
     if prepares(evidence.task.goal):
         raise NotCertifiable(log, "its goal needs preparations")

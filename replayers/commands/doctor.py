@@ -31,7 +31,7 @@ def doctor(
     """
     from replayers.doctor.examine import examine
 
-    examined = [examine(log, told=lambda parts: progress(parts, title="doctor")) for log in logs]
+    examined = [examine(log, progress=lambda parts: progress(parts, title="doctor")) for log in logs]
     if as_json:
         answers = [_answer(one) for one in examined]
         emit_json(answers[0] if len(answers) == 1 else {"rows": answers})

@@ -53,7 +53,7 @@ def list_logs(
     kept = len(places) == 1 and not fresh and not isinstance(here, RemotePath) and here.is_dir()
     memory = cache_path(here) if kept else None
     paths = find_logs(places)
-    rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"), check=_missing)
+    rows = rows_of(paths, memory=memory, progress=lambda new: progress(list(new), title="reading"), check=_missing)
     wanted = [
         row
         for row in rows

@@ -71,17 +71,17 @@ def filter_log(
     wanted = replace(wanted_of(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
     style = style_of(compression, chunk_size, force)
     if not blur_faces:
-        _tell(filtered(log, output, wanted, style, bar("filter")), as_json)
+        _report(filtered(log, output, wanted, style, bar("filter")), as_json)
         return
     from replayers.log_tools.faces.blurred_pictures import FaceBlur
 
     blur = FaceBlur()
     done = filtered(log, output, wanted, style, bar("filter"), change=blur)
-    _tell_blurred(blur)
-    _tell(done, as_json)
+    _report_blurred(blur)
+    _report(done, as_json)
 
 
-def _tell_blurred(blur: FaceBlur) -> None:
+def _report_blurred(blur: FaceBlur) -> None:
     """What was searched for faces, on standard error."""
     say(
         f"{blur.pictures.total():,} pictures searched, {blur.faces.total():,} faces found and blurred; "
@@ -116,8 +116,10 @@ def merge(
     from replayers.log_tools.rewrite import merge_logs
 
     style = style_of(compression, chunk_size, force)
-    done = merge_logs(logs, output, style, several_runs=runs, allow_duplicates=allow_duplicates, told=bar("merge"))
-    _tell(done, as_json)
+    done = merge_logs(
+        logs, output, style, several_runs=runs, allow_duplicates=allow_duplicates, progress=bar("merge")
+    )
+    _report(done, as_json)
 
 
 def split(
@@ -143,9 +145,9 @@ def split(
     if by not in (None, "run"):
         raise BadValue("--by", by, "run")
     done = split_log(
-        log, output, LogLayout(force=force), part_s=every, part_bytes=size, by_run=by == "run", told=bar("split")
+        log, output, LogLayout(force=force), part_s=every, part_bytes=size, by_run=by == "run", progress=bar("split")
     )
-    _tell(done, as_json)
+    _report(done, as_json)
 
 
 def compact(
@@ -166,7 +168,7 @@ def compact(
     """
     from replayers.log_tools.rewrite import MessageFilter, filtered
 
-    _tell(filtered(log, output, MessageFilter(), style_of(compression, chunk_size, force), bar("compact")), as_json)
+    _report(filtered(log, output, MessageFilter(), style_of(compression, chunk_size, force), bar("compact")), as_json)
 
 
 def convert(
@@ -189,9 +191,9 @@ def convert(
     from replayers.log_tools.rewrite import MessageFilter, filtered
 
     if output.suffix == ".jsonl":
-        _tell(to_lines(log, output, force=force, told=bar("convert")), as_json)
+        _report(to_lines(log, output, force=force, progress=bar("convert")), as_json)
     elif output.suffix == ".mcap":
-        _tell(
+        _report(
             filtered(log, output, MessageFilter(), style_of(compression, chunk_size, force), bar("convert")), as_json
         )
     else:
@@ -207,7 +209,7 @@ class UnknownFormat(Unsupported):
         )
 
 
-def _tell(done: Rewritten, as_json: bool) -> None:
+def _report(done: Rewritten, as_json: bool) -> None:
     if as_json:
         emit_json(
             {

@@ -34,7 +34,7 @@ def recover(
     from workbench.remote.path import RemotePath
 
     saved = output or (Path() if isinstance(log, RemotePath) else log.parent) / f"{log.stem}.recovered.mcap"
-    done = save(log, saved, force=force, told=lambda records: progress(records, title="recover"))
+    done = save(log, saved, force=force, progress=lambda records: progress(records, title="recover"))
     if as_json:
         emit_json(_answer(done))
     say(f"Saved {done.messages:,} messages and {done.attachments} attachments to {done.output}.")

@@ -163,7 +163,7 @@ def replay(
         worlds=_worlds_named(write, output),
         workers=workers,
         scheduler=scheduler,
-        told=lambda replays, total: progress(replays, title="replaying", total=total),
+        progress=lambda replays, total: progress(replays, title="replaying", total=total),
     )
     outcomes, not_there = list(made.outcomes), made.not_loaded
     failed = [o for o in outcomes if isinstance(o, LogFailed)]

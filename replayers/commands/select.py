@@ -100,7 +100,7 @@ def select(
         settings=settings,
         output=output,
         workers=workers,
-        told=lambda replays, total: progress(replays, title="replaying", total=total),
+        progress=lambda replays, total: progress(replays, title="replaying", total=total),
     )
     candidates = _candidates(made, strategies)
     found = trial_groups(made, candidates, by)
@@ -109,19 +109,19 @@ def select(
     if not found.groups:
         raise Unsupported(f"no log can be compared: {left_out[0] if left_out else 'there is none'}")
     wanted = SelectionSettings(alpha=alpha, horizon=horizon, seed=seed)
-    told = [history(g.trials, wanted) for g in found.groups]
+    histories = [history(g.trials, wanted) for g in found.groups]
     looks = shared_looks(looks_by_log(made.outcomes, made.logs, made.settings)) if look_next else None
     if json:
-        groups = [_group_row(g, h) for g, h in zip(found.groups, told, strict=True)]
+        groups = [_group_row(g, h) for g, h in zip(found.groups, histories, strict=True)]
         answer: dict[str, Any] = {"groups": groups, "left_out": left_out, "alpha": alpha, "seed": seed}
         if looks is not None:
             answer["look_next"] = [_look(look) for look in looks]
         emit_json(answer)
     else:
-        kinds = len(told)
+        kinds = len(histories)
         if kinds > 1:
             say(f"These logs are of {kinds} kinds of trial; each has its own answer (--group-by).")
-        for g, h in zip(found.groups, told, strict=True):
+        for g, h in zip(found.groups, histories, strict=True):
             _tell(g, h, alpha=alpha)
         for look in (looks or ())[:LOOKS_SHOWN]:
             say(f"look next into {look.container} in {look.place}: unopened in {look.logs} of {len(made.logs)} logs, "
@@ -132,7 +132,7 @@ def select(
         from replayers.selection.figure import draw_campaign
 
         figure.parent.mkdir(parents=True, exist_ok=True)
-        say(f"Wrote {draw_campaign(figure, told[0], title=found.groups[0].name)}")
+        say(f"Wrote {draw_campaign(figure, histories[0], title=found.groups[0].name)}")
     if any(isinstance(o, LogFailed) for o in made.outcomes):
         raise click.exceptions.Exit(3)
 

@@ -64,7 +64,7 @@ def resume(
     """
     from dataclasses import replace
 
-    from recorders.commands.spot import camera_names, check_within, run_by_keys, tell_plan, tell_run
+    from recorders.commands.spot import camera_names, check_within, print_plan, print_report, run_by_keys
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
@@ -74,6 +74,7 @@ def resume(
     from recorders.spot.run.run import RobotRun, setup_of
     from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.session.session import Rates
+    from recorders.spot.tags.pictures import require_detector
     from replayers.runs.run import read
     from replayers.runs.taken_over import taken_over
     from workbench.errors import BadValue, OutputExists
@@ -88,6 +89,7 @@ def resume(
     check_within("--look", look, 0.1, 600)
     check_within("--images-hz", images_hz, 0, 60)
     place, address = load_site(site), RobotAddress.read(robot)
+    require_detector(place)
     runs = [read(path) for path in logs]
     before = runs[0]
     wanted = RobotRun(
@@ -108,8 +110,8 @@ def resume(
     ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
-            tell_plan(connection, wanted, ready)
+            print_plan(connection, wanted, ready)
             return
         with watched(output.name, serve) as audience:
             report = run_by_keys(connection, replace(wanted, audience=audience), ready, output, force=force)
-    tell_run(report, output, as_json=json)
+    print_report(report, output, as_json=json)

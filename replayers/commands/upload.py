@@ -31,7 +31,9 @@ def upload(
     *sources, address = where
     if not sources:
         raise BadValue("the address", None, "given after the files: lios upload run.mcap s3://bucket/runs/")
-    there = sent(list(map(Path, sources)), address, force=force, told=lambda pairs: progress(pairs, title="upload"))
+    there = sent(
+        list(map(Path, sources)), address, force=force, progress=lambda pairs: progress(pairs, title="upload")
+    )
     copies = [str(copy) for copy in there]
     if as_json:
         emit_json({"copies": copies})

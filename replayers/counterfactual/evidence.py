@@ -89,9 +89,9 @@ class Evidence:
         gaps: what is missing from it; nothing above rests on that.
         known: containers whose contents the robot knew before it started.
         contents: every container whose contents are certain (the known ones too), as at the start of the run.
-        shut: containers that could not be searched, with the reason; they refuse again.
-        barred: locations to which every recorded move was refused; they refuse again.
-        stuck: items of which every recorded pick was refused; they refuse again.
+        refused_searches: containers that could not be searched, with the reason; they refuse again.
+        refused_moves: locations to which every recorded move was refused; they refuse again.
+        refused_picks: items of which every recorded pick was refused; they refuse again.
         left: those of them that are still where they were after it (a failed grasp); the others are gone.
         walked, done: legs walked and manipulations made while recording: they tag a step as "logged".
         first_belief: per (item type, container), the first probability that the log holds.
@@ -120,9 +120,9 @@ class Evidence:
     costs: ActionCosts
     known: Contents
     contents: Contents
-    shut: Mapping[ContainerId, str] = field(default_factory=lambda: MappingProxyType({}))
+    refused_searches: Mapping[ContainerId, str] = field(default_factory=lambda: MappingProxyType({}))
     refused_moves: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
-    stuck: Mapping[ItemId, str] = field(default_factory=lambda: MappingProxyType({}))
+    refused_picks: Mapping[ItemId, str] = field(default_factory=lambda: MappingProxyType({}))
     left: frozenset[ItemId] = frozenset()
     walked: frozenset[Leg] = frozenset()
     done: frozenset[Deed] = frozenset()
@@ -146,7 +146,7 @@ class Evidence:
             c.id
             for c in self.place.plan.containers
             if c.id not in self.contents
-            and c.id not in self.shut
+            and c.id not in self.refused_searches
             and LocationId(c.id) not in self.refused_moves
             and self.place.travel.reaches(LocationId(c.id))
         )
@@ -218,9 +218,9 @@ def evidence_of(run: Run) -> Evidence:
         costs=run.costs,
         known=MappingProxyType({c: contents[c] for c in sorted(known) if c in contents}),
         contents=MappingProxyType(contents),
-        shut=refused_looks(run.actions, contents),
+        refused_searches=refused_looks(run.actions, contents),
         refused_moves=MappingProxyType({LocationId(k): v for k, v in refused_targets(run.actions, "move").items()}),
-        stuck=MappingProxyType({ItemId(k): v for k, v in refused_targets(run.actions, "pick").items()}),
+        refused_picks=MappingProxyType({ItemId(k): v for k, v in refused_targets(run.actions, "pick").items()}),
         left=items_left_in_place(run.actions),
         walked=frozenset((LocationId(a.origin), LocationId(a.target)) for a in run.actions if a.action == "move"),
         done=successful_manipulations(run.actions),

@@ -118,7 +118,7 @@ class LoggedBelief:
 
 def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
     """Whether the log's first beliefs name, for these types, every container that a run may search."""
-    places = [c for c in (*evidence.contents, *evidence.open, *evidence.shut) if c not in evidence.known]
+    places = [c for c in (*evidence.contents, *evidence.open, *evidence.refused_searches) if c not in evidence.known]
     reachable = [c for c in places if evidence.place.travel.reaches(LocationId(c))]
     return all((t, c) in evidence.first_belief for t in item_types for c in reachable)
 

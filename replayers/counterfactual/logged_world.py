@@ -104,10 +104,12 @@ class LoggedWorld:
         start = self._now_ns
         if self.knowledge.robot_at != container:
             return ActionRefused(start_ns=start, end_ns=start, reason=f"the robot does not stand at {container}")
-        if container in self.evidence.shut:
+        if container in self.evidence.refused_searches:
             self._now_ns += self._durations.look_ns
-            self.knowledge = self.knowledge.shut(container)
-            return ActionRefused(start_ns=start, end_ns=self._now_ns, reason=self.evidence.shut[container])
+            self.knowledge = self.knowledge.refuse_search(container)
+            return ActionRefused(
+                start_ns=start, end_ns=self._now_ns, reason=self.evidence.refused_searches[container]
+            )
         if self._as_recorded:
             return self._look_as_recorded(container)
         inside = self.evidence.contents.get(container)
@@ -140,11 +142,11 @@ class LoggedWorld:
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start = self._now_ns
-        if item in self.evidence.stuck:
+        if item in self.evidence.refused_picks:
             remains = item in self.evidence.left
             if not remains:
                 self.knowledge = self.knowledge.without_item(item)
-            reason = self.evidence.stuck[item]
+            reason = self.evidence.refused_picks[item]
             return ActionRefused(start_ns=start, end_ns=start, reason=reason, item_remains=remains)
         here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
         found = next((i for i in here if i.id == item), None)

@@ -150,12 +150,12 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         TruthNotRecorded: the truth was requested and is not in the log.
         AnotherPlace, ContainersChanged, NothingEarlier: the history given is not of this place, or of later.
     """
-    as_told, other_memory = _with_history(evidence_of(run), settings)
+    as_logged, other_memory = _with_history(evidence_of(run), settings)
     if settings.with_truth and run.truth is None:
         raise TruthNotRecorded(run.path)
-    types = relevant_types(as_told.task.goal)
-    contradicting = contradicting_types(as_told, relevance_of(as_told, types, settings.assumptions))
-    evidence = replace(as_told, misses=max(settings.assumptions.misses or 0, len(contradicting)))
+    types = relevant_types(as_logged.task.goal)
+    contradicting = contradicting_types(as_logged, relevance_of(as_logged, types, settings.assumptions))
+    evidence = replace(as_logged, misses=max(settings.assumptions.misses or 0, len(contradicting)))
     believer = estimator_for(
         evidence,
         types,
@@ -168,7 +168,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     estimator = believer.estimator
     hypothetical = believer.hypothetical or other_memory
     robot = evidence.info.source not in SIMULATED_SOURCES
-    reproduction = reproduce(run, as_told, estimator)
+    reproduction = reproduce(run, as_logged, estimator)
     durations = fitted_durations(run.actions) if robot else SIMULATED
     ground = PreparedLog(
         evidence=evidence,

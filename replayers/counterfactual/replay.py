@@ -129,7 +129,7 @@ def replay_on(
 
     Args:
         origin: who gives the name; "module:Class" and solvers by command line are for users alone.
-        worlds: of WORLDS, those in which the run is told from start to end.
+        worlds: of WORLDS, those in which the run is replayed from start to end.
 
     Raises:
         UnknownName: no such strategy.
@@ -243,7 +243,7 @@ def _events_in_worlds(
     for name in worlds:
         leaf = found.get(name)
         if leaf is not None:
-            yield name, tree.events(leaf, told_by=planner)
+            yield name, tree.events(leaf, explained_by=planner)
 
 
 def over_log_alone(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
@@ -251,8 +251,8 @@ def over_log_alone(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
 
     Looks are taken at their word: where they may have missed, that is in the bounds.
     """
-    told = replace(ground.evidence, misses=0)
-    return _run(ground, planner, LoggedWorld(told, durations=ground.durations, paths=ground.paths))
+    literal = replace(ground.evidence, misses=0)
+    return _run(ground, planner, LoggedWorld(literal, durations=ground.durations, paths=ground.paths))
 
 
 def in_truth(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
@@ -261,12 +261,12 @@ def in_truth(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     contents, shown = ground.truth.contents, ground.evidence.contents
     in_all = sum(len(items) for items in contents.values())
 
-    def told(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
+    def true_contents(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
         seen = {item.id for item in shown.get(container, ())}
         return tuple(item for item in contents[container] if item.id not in seen)
 
     evidence = replace(ground.evidence, misses=in_all)
-    world = LoggedWorld(evidence, filling=told, durations=ground.durations, paths=ground.paths)
+    world = LoggedWorld(evidence, filling=true_contents, durations=ground.durations, paths=ground.paths)
     return _run(ground, planner, world)
 
 

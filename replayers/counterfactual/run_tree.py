@@ -129,7 +129,7 @@ class TreeOptions:
         reads_beliefs: the strategy's decisions depend on beliefs.
         nearest_first: its looks go to the nearest unsearched container.
         empty_handed: it looks only with its hand free.
-        durations: how long actions take where a run is told.
+        durations: how long actions take where a run is replayed.
     """
 
     seed: int = 0
@@ -221,17 +221,17 @@ class RunTree:
         rounding took from beliefs."""
         return not ((node.imputed or not self._exact_beliefs) and self.advance(node).depends_on_beliefs)
 
-    def events(self, leaf: Leaf, *, told_by: Strategy | None = None) -> tuple[Event, ...]:
+    def events(self, leaf: Leaf, *, explained_by: Strategy | None = None) -> tuple[Event, ...]:
         """The events of the run that ends in a leaf, from the start and with the paths walked.
 
         Args:
-            told_by: the same strategy with its explanations, which the tree's own strategy leaves out.
+            explained_by: the same strategy with its explanations, which the tree's own strategy leaves out.
         """
         answers = {f.container: f.answer for f in leaf.filled}
         world = LoggedWorld(
             self.evidence, filling=lambda c, _: self._imputed(answers.get(c, ()), c), durations=self._durations
         )
-        return tuple(self._events(world, planner=told_by))
+        return tuple(self._events(world, planner=explained_by))
 
     def segment_events(self, node: Node) -> tuple[Event, ...]:
         """The events of a node's segment: what its run does up to the next unobserved look or to its end."""

@@ -22,7 +22,7 @@ from replayers.mcap_io.scan import Damage, scan
 from replayers.mcap_io.summary import read_summary
 
 DATA_END_BYTES = 4
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
 PROFILES = ("", "ros1", "ros2")
 RECOVER = "Save what is intact: lios recover"
 REWRITE = "Readers walk the whole file; with an index it opens faster: lios log compact"
@@ -278,7 +278,7 @@ def _compare(walk: ContainerScan, index: LogIndex) -> None:
         lacks("schemas")
 
 
-def _compare_statistics(walk: ContainerScan, index: LogIndex, differ: Tell, lacks: Tell) -> None:
+def _compare_statistics(walk: ContainerScan, index: LogIndex, differ: Report, lacks: Report) -> None:
     statistics = index.statistics
     if statistics is None:
         lacks("statistics")
@@ -296,7 +296,7 @@ def _compare_statistics(walk: ContainerScan, index: LogIndex, differ: Tell, lack
             differ(f"it counts {said} {name}, and there are {seen}")
 
 
-def _compare_chunks(walk: ContainerScan, index: LogIndex, differ: Tell, lacks: Tell) -> None:
+def _compare_chunks(walk: ContainerScan, index: LogIndex, differ: Report, lacks: Report) -> None:
     if walk.chunks and not index.chunks:
         lacks("chunk indexes")
         return

@@ -21,7 +21,7 @@ from replayers.mcap_io.messages import Message
 from replayers.mcap_io.scan import open_log
 from workbench.remote.path import path_of
 
-Told = Callable[[Iterator[Message | Attachment | Metadata]], Iterable[Message | Attachment | Metadata]]
+Progress = Callable[[Iterator[Message | Attachment | Metadata]], Iterable[Message | Attachment | Metadata]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,11 +49,11 @@ class Examination:
     source: str = ""
 
 
-def examine(path: Path | str, *, told: Told = iter) -> Examination:
+def examine(path: Path | str, *, progress: Progress = iter) -> Examination:
     """Examines a log, streaming.
 
     Args:
-        told: wraps the records as they are read, for a progress bar.
+        progress: wraps the records as they are read, for a progress bar.
 
     Raises:
         FileMissing, NoMcap: there is nothing to examine.
@@ -61,7 +61,7 @@ def examine(path: Path | str, *, told: Told = iter) -> Examination:
     path, findings = path_of(path), Findings()
     walk, runs, count = ContainerScan(findings), dict[int | None, RunChecks](), 0
     with open_log(path) as stream:
-        for part in told(walk_container(path, stream, walk)):
+        for part in progress(walk_container(path, stream, walk)):
             count += isinstance(part, Message)
             run, plain = unmarked(part)
             if run not in runs:

@@ -210,7 +210,7 @@ def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfac
             log = Path(folder) / f"{trial.strategy}.mcap"
             record_trial(replace(trial, miss_rate=plan.miss_rate, trusts_looks=plan.trusting), log)
             misses = overlooked_items(read(log, with_truth=True)) if plan.miss_rate else 0
-            ground = prepare_log(read(log), _told(plan.settings, misses) if plan.miss_rate else plan.settings)
+            ground = prepare_log(read(log), _with_misses(plan.settings, misses) if plan.miss_rate else plan.settings)
             for other in plan.strategies:
                 if other == trial.strategy:
                     continue
@@ -262,7 +262,7 @@ def overlooked_items(run: Run) -> int:
     return sum(item.type in types and item.id not in seen for item in there)
 
 
-def _told(settings: ReplaySettings, misses: int) -> ReplaySettings:
+def _with_misses(settings: ReplaySettings, misses: int) -> ReplaySettings:
     """The settings with so many misses allowed for."""
     return replace(settings, assumptions=replace(settings.assumptions, misses=misses))
 

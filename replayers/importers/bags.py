@@ -6,7 +6,6 @@ messages are compressed one by one: all else is in the files.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Generator, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ import zstandard
 
 from replayers.importers.mcap_bags import CutOffMcap, McapFiles, Raw, open_mcap
 from replayers.importers.message_types import MessageTypes
+from replayers.importers.packed_files import Packed, unpack_file
 from replayers.importers.sqlite_bags import SqliteFiles, open_sqlite
 from workbench.errors import FileMissing, Malformed, MissingExtra
 
@@ -56,20 +56,12 @@ class Unclosed(Malformed):
     """An MCAP file whose recorder was killed."""
 
     def __init__(self, path: Path) -> None:
+        plain, first = path, ""
+        if path.suffix == ".zstd":
+            plain, first = path.with_suffix(""), f"zstd -d {path}, then "
         super().__init__(
             f"{path}: cut off, as a killed recording is. "
-            f"Run lios recover {path} -o {path.stem}_recovered.mcap, then import that file."
-        )
-
-
-class Packed(Malformed):
-    """A compressed file of a bag without its folder's metadata.yaml."""
-
-    def __init__(self, path: Path) -> None:
-        plain = path.with_suffix("")
-        super().__init__(
-            f"{path}: compressed as a whole, and without its folder's metadata.yaml it cannot be read as it is. "
-            f"Run zstd -d {path} (if it was cut off, then lios recover {plain}), then import {plain}."
+            f"Run {first}lios recover {plain} -o {plain.stem}_recovered.mcap, then import that file."
         )
 
 
@@ -219,7 +211,8 @@ def open_bag(path: Path) -> Generator[Bag]:
     """Opens a bag of ROS 1 or ROS 2.
 
     Raises:
-        MissingExtra: rosbags is not installed. FileMissing, NotABag, EmptyBag, Unclosed, Packed.
+        MissingExtra: rosbags is not installed. FileMissing, NotABag, EmptyBag, Unclosed, Packed,
+            CutOffPacked, NoRoomToUnpack.
     """
     try:
         from rosbags.highlevel import AnyReaderError
@@ -235,7 +228,9 @@ def open_bag(path: Path) -> Generator[Bag]:
         try:
             bag = _opened(path, stack)
         except CutOffMcap as error:
-            raise Unclosed(Path(str(error))) from error
+            file = Path(str(error))
+            packed = path / f"{file.name}.zstd"
+            raise Unclosed(file if file.parent == path or not packed.exists() else packed) from error
         except (
             AnyReaderError,
             OSError,
@@ -296,6 +291,7 @@ def _files(path: Path, about: dict[str, Any], stack: ExitStack) -> tuple[Path, .
 
     Raises:
         Packed, NotABag: compressed files without metadata; no data file.
+        CutOffPacked, NoRoomToUnpack: a compressed file that cannot be unpacked whole.
     """
     if path.is_file():
         return (path,)
@@ -312,8 +308,7 @@ def _files(path: Path, about: dict[str, Any], stack: ExitStack) -> tuple[Path, .
         return named
     folder = Path(stack.enter_context(TemporaryDirectory(prefix="lios-import-")))
     for file in named:
-        with file.open("rb") as packed, (folder / file.stem).open("wb") as plain:
-            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(packed), plain)
+        unpack_file(file, folder / file.stem)
     return tuple(folder / file.stem for file in named)
 
 

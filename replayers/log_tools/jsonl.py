@@ -9,13 +9,13 @@ import msgspec
 from recorders.mcap_io.file import CannotCreate
 from replayers.log_tools.copy_log import NoRoom, ReadLoss, contents
 from replayers.log_tools.decode_message import MessageDecoder
-from replayers.log_tools.rewrite import Rewritten, Told, require_distinct_output
+from replayers.log_tools.rewrite import Progress, Rewritten, require_distinct_output
 from replayers.mcap_io.messages import Message
 from workbench.errors import OutputExists, WrongKind
 from workbench.files import draft_path, remove_abandoned_drafts, replace
 
 
-def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewritten:
+def to_lines(log: Path, output: Path, *, force: bool, progress: Progress = iter) -> Rewritten:
     """Writes a log's messages to a .jsonl file, which is renamed to its final name when it is complete.
 
     Raises:
@@ -38,7 +38,7 @@ def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewr
     remove_abandoned_drafts(output.parent)
     try:
         with stream:
-            for message in told(found):
+            for message in progress(found):
                 stream.write(msgspec.json.encode(shown.line(message)) + b"\n")
                 count += 1
         if output.exists() and not force:

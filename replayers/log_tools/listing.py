@@ -1,6 +1,6 @@
 """The runs of a folder, one row for each log, read from indexes and cached between calls.
 
-Of a run's log the checksums and the numbers of events are read too, so that it is told where something is missing.
+Of a run's log the checksums and the numbers of events are read too, so that it is shown where something is missing.
 Of logs of replays, observations are read too, to count the containers whose contents are imputed. The cache is one
 file for each folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is reused while the log's size and
 modification time are unchanged.
@@ -97,14 +97,14 @@ def rows_of(
     paths: Sequence[Path],
     *,
     memory: Path | None = None,
-    told: Callable[[Iterator[Path]], Iterator[Path]] = iter,
+    progress: Callable[[Iterator[Path]], Iterator[Path]] = iter,
     check: Check | None = None,
 ) -> list[LogRow]:
     """One row for each log, in the order given.
 
     Args:
         memory: the cache file; nothing is cached if not given.
-        told: wraps the logs that must be read, for a progress bar.
+        progress: wraps the logs that must be read, for a progress bar.
         check: finds what is missing from a log of runs; not looked for if not given, and only indexes are read.
     """
     known = _recall(memory)
@@ -116,7 +116,7 @@ def rows_of(
         for p, state in zip(paths, states, strict=True)
         if not _is_current(known.get(shown(p)), state, check is not None)
     ]
-    for path, row in _read(new, partial(row_of, check=check), told):
+    for path, row in _read(new, partial(row_of, check=check), progress):
         fresh[shown(path)] = _Known(*_state(path), row, check is not None)
     if fresh:
         known.update(fresh)
@@ -125,13 +125,13 @@ def rows_of(
 
 
 def _read(
-    paths: Sequence[Path], read: Callable[[Path], LogRow], told: Callable[[Iterator[Path]], Iterator[Path]]
+    paths: Sequence[Path], read: Callable[[Path], LogRow], progress: Callable[[Iterator[Path]], Iterator[Path]]
 ) -> Iterator[tuple[Path, LogRow]]:
     """The rows of logs: many at a time where they lie at addresses, since each answer is waited for."""
     with ThreadPoolExecutor(REMOTE_READERS) as pool:
         remote: list[Path] = [path for path in paths if isinstance(path, RemotePath)]
         coming = {path: pool.submit(read, path) for path in remote}
-        for path in told(iter(paths)):
+        for path in progress(iter(paths)):
             yield path, coming[path].result() if path in coming else read(path)
 
 

@@ -28,7 +28,7 @@ RUN_KEY = "lios.member"
 _NAMED = re.compile(r"runs/(\d{1,6})/(.+)", re.DOTALL)
 
 Part = Message | Attachment | Metadata
-Told = Callable[[Iterator[Message]], Iterable[Message]]
+Progress = Callable[[Iterator[Message]], Iterable[Message]]
 
 
 class SeveralRuns(MalformedFile):
@@ -116,7 +116,7 @@ class RunMarker:
 
 
 def split_by_run(
-    source: Path, output: Path, style: LogLayout, loss: ReadLoss, told: Told = iter
+    source: Path, output: Path, style: LogLayout, loss: ReadLoss, progress: Progress = iter
 ) -> tuple[list[Path], int]:
     """One file a run, output_0000.mcap, ...: the files, and how many messages were read.
 
@@ -126,7 +126,7 @@ def split_by_run(
     taking = _RunFiles(output, style, profile_of(source))
     count = 0
     with taking.files:
-        for message in told(_messages(source, loss, taking)):
+        for message in progress(_messages(source, loss, taking)):
             taking.put(message)
             count += 1
     remove_parts(output, beyond=len(taking.paths))

@@ -29,7 +29,7 @@ from workbench.log_schema.run_info import INFO_METADATA, is_intact
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
 from workbench.remote.path import path_of
 
-Told = Callable[[Iterator[Any]], Iterable[Any]]
+Progress = Callable[[Iterator[Any]], Iterable[Any]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,11 +64,11 @@ class Recovery:
         return missing or self.messages_lost > 0 or any(damage.loses_content for damage in self.damages)
 
 
-def recover(source: Path | str, output: Path | str, *, force: bool = False, told: Told = iter) -> Recovery:
+def recover(source: Path | str, output: Path | str, *, force: bool = False, progress: Progress = iter) -> Recovery:
     """Saves the intact part of a log to another file.
 
     Args:
-        told: wraps the pieces of the log as they are copied, for a progress bar.
+        progress: wraps the pieces of the log as they are copied, for a progress bar.
 
     Raises:
         FileMissing, NoMcap: there is nothing to read.
@@ -84,7 +84,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     expected = summary.statistics.message_count if summary and summary.statistics else None
     loss = ReadLoss()
     with Copier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
-        done = _copy(source, copier, loss, told)
+        done = _copy(source, copier, loss, progress)
         facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
         if expected is not None:
             facts["expected"] = str(expected)
@@ -105,12 +105,12 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     )
 
 
-def _copy(source: Path, copier: Copier, loss: ReadLoss, told: Told) -> dict[str, int]:
+def _copy(source: Path, copier: Copier, loss: ReadLoss, progress: Progress) -> dict[str, int]:
     """Copies and counts what is intact."""
     done = {"messages": 0, "attachments": 0, "metadata": 0}
     identity: dict[str, str] = {}
     named: set[str] = set()
-    for offset, piece in told(read_ahead(pieces_at(source, loss))):
+    for offset, piece in progress(read_ahead(pieces_at(source, loss))):
         if isinstance(piece, Attachment):
             copier.attach(piece)
             done["attachments"] += 1

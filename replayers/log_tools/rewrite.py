@@ -25,7 +25,7 @@ from replayers.mcap_io.summary import indexed_messages, read_index
 from workbench.errors import BadValue, Malformed
 
 Piece = Message | WholeChunk
-Told = Callable[[Iterator[Any]], Iterable[Any]]
+Progress = Callable[[Iterator[Any]], Iterable[Any]]
 """Wraps the messages, or whole chunks of them, as they are copied, for a progress bar."""
 
 
@@ -116,7 +116,7 @@ def filtered(
     output: Path,
     wanted: MessageFilter,
     style: LogLayout,
-    told: Told = iter,
+    progress: Progress = iter,
     *,
     change: Change | None = None,
 ) -> Rewritten:
@@ -131,7 +131,7 @@ def filtered(
     require_distinct_output([source], output)
     jumps, dropped = _unwanted_chunks(source, wanted)
     with Copier(output, style, profile=profile_of(source)) as copier:
-        for piece in told(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change)):
+        for piece in progress(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change)):
             size = len(piece.places) if isinstance(piece, WholeChunk) else 1
             taken = _copy_wanted(piece, copier, wanted, change)
             kept, dropped = kept + taken, dropped + size - taken
@@ -203,7 +203,7 @@ def merge_logs(
     *,
     several_runs: bool = False,
     allow_duplicates: bool = False,
-    told: Told = iter,
+    progress: Progress = iter,
 ) -> Rewritten:
     """Merges several logs into one, by log time. Equal attachments, metadata and channels become one.
 
@@ -224,7 +224,7 @@ def merge_logs(
         arounds = {run: _AttachmentCopier(copier, allow_duplicates, run) for run in runs}
         copier.reserve(sources)
         flows = [_flow_of(source, loss, arounds[run]) for source, run in zip(sources, runs, strict=True)]
-        for piece in told(by_time(flows)):
+        for piece in progress(by_time(flows)):
             count += copier.copy_piece(piece)
     return Rewritten(
         outputs=(output,), messages=count, dropped=sum(around.repeated for around in arounds.values()), loss=loss
@@ -239,7 +239,7 @@ def split_log(
     part_s: float | None = None,
     part_bytes: int | None = None,
     by_run: bool = False,
-    told: Told = iter,
+    progress: Progress = iter,
 ) -> Rewritten:
     """Splits a log into parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ...
 
@@ -257,10 +257,10 @@ def split_log(
     if by_run:
         if part_s is not None or part_bytes is not None:
             raise BadValue("which of --by run, --every and --size", "several", "one")
-        paths, count = split_by_run(source, output, style, loss, told)
+        paths, count = split_by_run(source, output, style, loss, progress)
         return Rewritten(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
     with LogSplitter(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
-        for message in told(parts.messages(loss)):
+        for message in progress(parts.messages(loss)):
             parts.copy(message)
             count += 1
     return Rewritten(outputs=tuple(parts.paths), messages=count, dropped=0, loss=loss)

@@ -95,7 +95,7 @@ def _after_action(knowledge: Knowledge, action: ActionFinished) -> Knowledge:
     if not action.success:
         if action.action == "pick" and action.items and not action.item_remains:
             return knowledge.without_item(ItemId(action.items[0]))
-        return knowledge.shut(ContainerId(action.target)) if action.action == "search" else knowledge
+        return knowledge.refuse_search(ContainerId(action.target)) if action.action == "search" else knowledge
     if action.action == "move":
         return knowledge.moved(LocationId(action.target))
     if action.action == "pick":

@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 from replayers.batch.replay_all import LogFailed, Outcome
-from replayers.batch.replays import Log, Replays, Told
+from replayers.batch.replays import Log, Progress, Replays
 from replayers.batch.replays import replay as replay_logs
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.prepared_log import ReplaySettings
@@ -49,7 +49,7 @@ def replay_candidates(
     settings: ReplaySettings,
     output: Path | None = None,
     workers: int | None = 1,
-    told: Told | None = None,
+    progress: Progress | None = None,
 ) -> Replays:
     """Replays every strategy with every estimator; with several, each is called STRATEGY by ESTIMATOR.
 
@@ -61,13 +61,13 @@ def replay_candidates(
     """
     if len(estimators) == 1:
         by = replace(settings, estimator=estimators[0])
-        return replay_logs(logs, strategies, settings=by, output=output, workers=workers, told=told)
+        return replay_logs(logs, strategies, settings=by, output=output, workers=workers, progress=progress)
     believers = believers_of(estimators)
     made: list[Replays] = []
     for one in believers:
         by = replace(settings, estimator=one.given, drawn_by=DRAWN_BY)
         folder = None if output is None else output / file_name_of(one.label)
-        made.append(replay_logs(logs, strategies, settings=by, output=folder, workers=workers, told=told))
+        made.append(replay_logs(logs, strategies, settings=by, output=folder, workers=workers, progress=progress))
     return _together(made, believers)
 
 

@@ -130,16 +130,16 @@ class Player:
             if ended and self._clock.loop:
                 self._clock.play()
                 self._jumped = True
-            told = self._state(did_seek=jumped) if ended or jumped else None
+            state = self._state(did_seek=jumped) if ended or jumped else None
         shown = self._logs.standing_at(stands_ns) if jumped else []
         if stretch is not None:
             shown += self._logs.between(stretch.after_ns, stretch.until_ns)
         for channel, data, log_time in shown:
             self.server.publish(channel, data, log_time=log_time)
         if jumped or stretch is not None:
-            self.server.tell_time(now_ns)
-        if told is not None:
-            self.server.tell_playback(told)
+            self.server.broadcast_time(now_ns)
+        if state is not None:
+            self.server.broadcast_playback(state)
 
     def _tell_damage(self, path: Path, damage: Damage) -> None:
         if path not in self._damaged:

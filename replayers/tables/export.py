@@ -26,7 +26,7 @@ from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, Wro
 from workbench.files import draft_path, remove_abandoned_drafts
 
 Format = Literal["parquet", "csv"]
-Told = Callable[[Iterator[str]], Iterable[str]]
+Progress = Callable[[Iterator[str]], Iterable[str]]
 PARTITIONS = ("place", "scenario", "strategy", "source", "run_id")
 
 
@@ -74,7 +74,7 @@ def export(
     file_format: Format = "parquet",
     partition_by: Sequence[str] = (),
     force: bool = False,
-    told: Told = iter,
+    progress: Progress = iter,
 ) -> Exported:
     """Writes FOLDER/runs.parquet, FOLDER/actions.parquet, ...
 
@@ -83,7 +83,7 @@ def export(
 
     Args:
         tables: their names; none for all.
-        told: wraps the tables as they are written, for a progress bar.
+        progress: wraps the tables as they are written, for a progress bar.
 
     Raises:
         NothingToExport: none of the logs holds a run.
@@ -108,7 +108,7 @@ def export(
     there_before = folder.exists()
     try:
         _make(draft, folder)
-        for name in told(iter(tables)):
+        for name in progress(iter(tables)):
             rows[name] = (
                 _partitioned(source, name, draft, partition_by)
                 if partition_by

@@ -33,4 +33,5 @@ def test_the_tutorials_are_among_them() -> None:
         "replay-your-own-planner",
         "train-on-procthor-10k",
         "spot-session",
+        "three-field-trials",
     }

@@ -92,7 +92,7 @@ def test_a_word_while_no_worker_is_there(monkeypatch: pytest.MonkeyPatch) -> Non
     said: list[str] = []
     monkeypatch.setattr(cluster, "LOOK_EVERY_S", 0.01)
     monkeypatch.setattr(cluster, "say", said.append)
-    with cluster._told_without_workers(NobodyThere([2, 0, 0, 1]), "tcp://here"):
+    with cluster._warning_without_workers(NobodyThere([2, 0, 0, 1]), "tcp://here"):
         end = time.monotonic() + 60
         while len(said) < 2 and time.monotonic() < end:
             time.sleep(0.01)

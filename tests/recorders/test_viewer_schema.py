@@ -18,6 +18,7 @@ from replayers.mcap_io.reader import messages
 from workbench.log_schema.events import TOPICS, schema_name
 
 SCALARS = {"boolean", "string", "number", "integer"}
+LOGS = Path(__file__).parents[2] / "logs"
 EXACT = Path(__file__).parents[2] / "docs" / "schemas"
 
 
@@ -79,6 +80,15 @@ def test_a_recorded_log_is_in_the_subset_and_its_messages_fit(tmp_path: Path):
             jsonschema.validate(json.loads(message.data), json_schema(TOPICS[message.topic]))
             checked.add(message.topic)
     assert {"/search/belief", "/search/plan", "/search/action", "/search/observation"} <= checked
+
+
+@pytest.mark.parametrize("log", sorted(LOGS.glob("*.mcap")), ids=lambda log: log.stem)
+def test_every_shipped_log_is_in_the_subset(log: Path):
+    schemas = {m.topic: m.schema for m in messages(log) if m.channel.message_encoding == "json"}
+    assert {"/search/belief", "/search/plan", "/search/action", "/search/observation"} <= set(schemas)
+    for topic, schema in schemas.items():
+        assert schema is not None, topic
+        assert breaks_the_rules(json.loads(schema.data)) == [], topic
 
 
 def test_the_exact_schemas_stand_beside():

@@ -78,7 +78,7 @@ def test_by_hand_a_find_that_looks_where_nobody_did(tmp_path: Path) -> None:
     assert bounds.lower_proof is bounds.upper_proof is Proof.EXACT
     assert bounds.complete
     assert not bounds.can_fail
-    assert sorted((told.least, told.most) for told in bounds.told) == [(17.0, 17.0), (20.0, 20.0), (24.0, 24.0)]
+    assert sorted((told.least, told.most) for told in bounds.groups) == [(17.0, 17.0), (20.0, 20.0), (24.0, 24.0)]
 
 
 def test_by_hand_a_run_that_stays_within_the_log_is_exact(tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_a_type_that_is_known_to_exist_is_somewhere(tmp_path: Path) -> None:
 
 def test_where_something_may_be_out_of_reach_existing_promises_nothing(tmp_path: Path) -> None:
     task = replace(find_task(PENCIL, START), available=(PENCIL,))
-    evidence = replace(toy_evidence(tmp_path, task), shut=MappingProxyType({BED: "stuck door"}))
+    evidence = replace(toy_evidence(tmp_path, task), refused_searches=MappingProxyType({BED: "stuck door"}))
     assert bounded(evidence, InOrder((DESK, BED, TABLE, COUNTER))).can_fail
 
 
@@ -213,12 +213,12 @@ def test_what_is_told_of_groups_of_worlds_holds_in_each_of_them(tmp_path: Path, 
     """Every filling belongs to a group that says what it costs."""
     evidence, planner = toy_evidence(tmp_path, TASKS[title]), strategy("opt-greedy")
     bounds = bounded(evidence, planner, Budget(stretches=stretches, finish=0))
-    assert min(told.least for told in bounds.told) == pytest.approx(bounds.lower)
-    assert max(told.most for told in bounds.told) == pytest.approx(bounds.upper)
+    assert min(told.least for told in bounds.groups) == pytest.approx(bounds.lower)
+    assert max(told.most for told in bounds.groups) == pytest.approx(bounds.upper)
     types = relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions()).types
     for world in fillings(types, OPEN):
         cost = cost_in(evidence, planner, world)
-        mine = [t for t in bounds.told if all(_fits(f, world[f.container]) for f in t.filled)]
+        mine = [t for t in bounds.groups if all(_fits(f, world[f.container]) for f in t.filled)]
         assert mine
         assert all(t.least - 1e-6 <= cost <= t.most + 1e-6 for t in mine)
 
@@ -307,7 +307,7 @@ def test_a_strategy_that_is_said_to_ignore_beliefs_does(tmp_path: Path, name: st
 @pytest.mark.parametrize("name", strategy_names(with_truth=False))
 def test_a_strategy_without_words_does_the_same(tmp_path: Path, name: str, title: str) -> None:
     evidence = toy_evidence(tmp_path, TASKS[title])
-    told = [bounded(evidence, planner).told for planner in (strategy(name), fast_strategy(strategy(name)))]
+    told = [bounded(evidence, planner).groups for planner in (strategy(name), fast_strategy(strategy(name)))]
     assert told[0] == told[1]
 
 
@@ -331,8 +331,8 @@ def test_where_a_container_can_answer_too_much_the_other_answers_are_bounded_fro
     assert not few.complete
     assert few.lower <= exact.lower + 1e-9
     assert few.upper >= exact.upper - 1e-9
-    assert few.told
-    assert max(t.most for t in few.told) == pytest.approx(few.upper)
+    assert few.groups
+    assert max(t.most for t in few.groups) == pytest.approx(few.upper)
 
 
 def test_demand_is_one_instance_for_each_part_that_can_use_it() -> None:

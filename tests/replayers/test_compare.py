@@ -44,7 +44,7 @@ def test_worlds_are_matched_so_that_common_luck_cancels(tmp_path: Path) -> None:
     assert (b.bounds.lower, b.bounds.upper) == (17.0, 22.0)
     apart = cost_difference(a, b)
     assert (apart.least, apart.most) == (-3.0, 0.0)
-    alone = cost_difference(msgspec.structs.replace(a, told=()), b)
+    alone = cost_difference(msgspec.structs.replace(a, groups=()), b)
     assert not alone.paired
     assert (alone.least, alone.most) == (-5.0, 2.0)
 

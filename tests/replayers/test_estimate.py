@@ -166,6 +166,19 @@ def test_the_most_telling_look_is_the_one_that_decides_who_wins(tmp_path: Path) 
     assert looks[0].chance_found == 0.5
 
 
+def test_a_look_that_settles_nothing_settles_zero_and_not_a_rounding_error_below() -> None:
+    """Costs are the same in each ten worlds, whatever the bed holds in them; the first of three tens is a group."""
+    inside = np.zeros((30, 1, 2), dtype=bool)
+    inside[:10, 0, 0] = True
+    worlds = SampledWorlds(item_types=(MUG,), containers=(BED, DESK), inside=inside)
+    for wins in range(1, 10):
+        for ties in range(10 - wins):
+            ten = np.array([1.0] * wins + [2.0] * ties + [3.0] * (10 - wins - ties))
+            looks = rank_looks(worlds, {"a": np.tile(ten, 3), "b": np.full(30, 2.0)}, {BED, DESK})
+            assert all(look.settles == pytest.approx(0) for look in looks)
+            assert all(look.settles >= 0 and look.narrows >= 0 for look in looks)
+
+
 def test_a_strategy_that_decides_otherwise_when_asked_again_is_named(tmp_path: Path) -> None:
     class Wavers(InOrder):
         """Turns its order round with every run that it begins."""

@@ -105,9 +105,9 @@ def test_what_was_refused_is_refused_again_unless_it_worked_later(tmp_path: Path
         acted("pick", COUNTER, "Mug|1", success=False, reason="slipped"),
     )
     evidence = evidence_of(replace(run, actions=run.actions + more))
-    assert dict(evidence.shut) == {BED: "stuck door"}
+    assert dict(evidence.refused_searches) == {BED: "stuck door"}
     assert dict(evidence.refused_moves) == {DESK: "blocked"}
-    assert dict(evidence.stuck) == {"Knife|1": "slipped"}
+    assert dict(evidence.refused_picks) == {"Knife|1": "slipped"}
     assert evidence.open == ()
 
 
@@ -121,7 +121,7 @@ def test_an_item_is_left_where_it_was_if_every_failed_pick_says_so(tmp_path: Pat
     more = (grasp, grasp, gone, still, slipped)
     evidence = evidence_of(replace(run, actions=run.actions + more))
     assert evidence.left == {"Knife|1"}
-    assert set(evidence.stuck) == {"Knife|1", "Fork|1"}
+    assert set(evidence.refused_picks) == {"Knife|1", "Fork|1"}
 
 
 @pytest.mark.parametrize("events", [9, 12])

@@ -225,10 +225,10 @@ def test_a_list_is_remembered_until_a_log_changes(folder: Path, capsys: pytest.C
             read.append(path)
             yield path
 
-    assert rows_of(paths, memory=memory, told=told) == first
+    assert rows_of(paths, memory=memory, progress=told) == first
     assert read == []
     write_toy_log(folder / "broken.mcap", force=True)
-    again = rows_of(paths, memory=memory, told=told)
+    again = rows_of(paths, memory=memory, progress=told)
     assert read == [folder / "broken.mcap"]
     assert [row.problem for row in again] == [""] * 4
     assert listing.row_of is row_of

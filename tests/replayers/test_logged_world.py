@@ -57,9 +57,9 @@ def test_every_answer_says_what_it_rests_on(tmp_path: Path) -> None:
 def test_what_was_refused_while_recording_is_refused_again(tmp_path: Path) -> None:
     evidence = replace(
         toy_evidence(tmp_path),
-        shut=MappingProxyType({BED: "stuck door"}),
+        refused_searches=MappingProxyType({BED: "stuck door"}),
         refused_moves=MappingProxyType({DESK: "blocked"}),
-        stuck=MappingProxyType({item("Mug|1").id: "slipped"}),
+        refused_picks=MappingProxyType({item("Mug|1").id: "slipped"}),
     )
     world = LoggedWorld(evidence)
     world.go_to(BED)
@@ -78,7 +78,7 @@ def test_an_item_that_could_not_be_grasped_is_still_there(tmp_path: Path) -> Non
     mug = item("Mug|1")
     stuck = MappingProxyType({mug.id: "the gripper closed on nothing"})
     for left in (frozenset({mug.id}), frozenset[ItemId]()):
-        world = LoggedWorld(replace(toy_evidence(tmp_path), stuck=stuck, left=left))
+        world = LoggedWorld(replace(toy_evidence(tmp_path), refused_picks=stuck, left=left))
         world.go_to(COUNTER)
         world.look_into(COUNTER)
         refused = world.pick(mug.id)

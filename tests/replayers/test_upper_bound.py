@@ -107,7 +107,7 @@ def test_what_refuses_to_be_picked_is_missing(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, find_task(MUG, START))
     assert UpperBound(evidence).nothing_missing(knows(evidence, "Mug|1"))
     for refusing in (
-        replace(evidence, stuck=MappingProxyType({item("Mug|1").id: "too heavy"})),
+        replace(evidence, refused_picks=MappingProxyType({item("Mug|1").id: "too heavy"})),
         replace(evidence, refused_moves=MappingProxyType({LocationId(TABLE): "blocked"})),
     ):
         assert not UpperBound(refusing).nothing_missing(knows(refusing, "Mug|1"))

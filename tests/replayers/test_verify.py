@@ -14,6 +14,8 @@ from toy_logs import delivered, simulated_log, task_of, toy_run
 from replayers.batch.recorded_strategy import UnknownRecordedStrategy
 from replayers.batch.replan import replan
 from replayers.batch.verify import FORMER_SOLVERS, verify
+from replayers.counterfactual.prepared_log import ReplaySettings
+from replayers.counterfactual.replay import replay
 from replayers.runs.run import read
 from workbench.errors import Unsupported
 from workbench.planning.strategies import strategy_names
@@ -32,6 +34,26 @@ def test_a_simulated_log_comes_out_the_same_decision_by_decision(tmp_path: Path,
     assert answer.same
     assert answer.decisions == len(run.plans)
     assert answer.events >= len(run.plans) + len(run.actions) + len(run.observations)
+
+
+def test_who_opened_the_furniture_is_not_the_strategys_doing() -> None:
+    """A replay opens nothing; the log of a robot names the operator."""
+    run = read(Path(__file__).parents[2] / "logs" / "spot-home-C.mcap")
+    assert "operator" in {o.opened_by for o in run.observations}
+    answer = verify(run)
+    assert answer.same, answer.divergence
+
+
+def test_a_log_of_schema_version_1_reads_verifies_and_replays_as_its_release_did() -> None:
+    """A robot's, kept for this: its beliefs are rounded, and a plan that was not found would cost 0.0 in it."""
+    run = read(Path(__file__).parent / "old_logs" / "spot-schema-1.mcap")
+    assert (run.info.schema_version, run.complete, len(run.plans), len(run.actions)) == (1, True, 7, 18)
+    assert run.outcome is not None
+    assert run.outcome.cost == pytest.approx(53.956873)
+    assert (verify(run).same, verify(run).decisions) == (True, 7)
+    made = replay(run, "pes-greedy", ReplaySettings(worlds=0))
+    assert made.exact
+    assert made.cost == pytest.approx(54.716043)
 
 
 @pytest.mark.parametrize("name", ["model-lios@sas-blind", "conditioned-lios@everywhere", "oracle@everywhere"])

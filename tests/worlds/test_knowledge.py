@@ -71,7 +71,7 @@ def test_whatever_was_asked_on_the_way_what_is_told_is_what_the_contents_say(see
             case 3:
                 knowledge = knowledge.without_item(things[rng.integers(len(things))].id)
             case 4 if rng.random() < 0.2:
-                knowledge = knowledge.shut(place)
+                knowledge = knowledge.refuse_search(place)
             case _:
                 knowledge = knowledge.moved(LocationId(place))
         asked = [thing.type for thing in things if rng.random() < 0.5]
@@ -81,7 +81,7 @@ def test_whatever_was_asked_on_the_way_what_is_told_is_what_the_contents_say(see
 
 
 def test_a_shut_container_is_no_candidate_any_more() -> None:
-    assert BED not in _start().shut(BED).unsearched
+    assert BED not in _start().refuse_search(BED).unsearched
 
 
 def test_a_lost_item_is_nowhere() -> None:

@@ -163,7 +163,7 @@ def on_cluster(
     with (
         one_thread_each(),
         _client(distributed, scheduler, workers) as client,
-        _told_without_workers(client, scheduler),
+        _warning_without_workers(client, scheduler),
     ):
         _require_same_version(client, scheduler)
         numbered = enumerate(units)
@@ -243,7 +243,7 @@ def _client(distributed: Any, scheduler: str, workers: int) -> Generator[Any]:
 
 
 @contextmanager
-def _told_without_workers(client: Any, scheduler: str) -> Generator[None]:
+def _warning_without_workers(client: Any, scheduler: str) -> Generator[None]:
     """Meanwhile says when no worker is left, and when there are some again."""
     ended = threading.Event()
 

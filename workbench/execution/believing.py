@@ -1,4 +1,4 @@
-"""What a run asks its estimator: beliefs for decisions, and the answers on which they rest, each told once."""
+"""What a run asks its estimator: beliefs for decisions, and the answers on which they rest, each reported once."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class Believing:
     """The beliefs of one run.
 
     Attributes:
-        told: the questions whose answers were told.
+        reported: the questions whose answers were reported.
     """
 
     estimator: Estimator
     task: Task
     perception: Perception
-    told: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
 
     def belief(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
         """The belief for a decision: the estimator's, with what the task says of its own items, after all looks.
@@ -40,8 +40,8 @@ class Believing:
         return after_looks(believe_scenario_items(believed, self.task, knowledge.plan), knowledge, self.perception)
 
     def new_answers(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> tuple[Answer, ...]:
-        """The answers on which that belief rests and that were not told before."""
+        """The answers on which that belief rests and that were not reported before."""
         answers = {a.question: a for a in answers_of(self.estimator, knowledge, item_types)}
-        new = tuple(answer for question, answer in answers.items() if question not in self.told)
-        self.told.update(answers)
+        new = tuple(answer for question, answer in answers.items() if question not in self.reported)
+        self.reported.update(answers)
         return new

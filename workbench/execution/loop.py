@@ -254,7 +254,7 @@ class _Run:
         self.searches += 1
         yield self._acted(step, answer, self.costs.search)
         if isinstance(answer, ActionRefused):
-            self.knowledge = self.knowledge.shut(container)
+            self.knowledge = self.knowledge.refuse_search(container)
             self.reason = f"could not search {container}: {answer.reason}"
             return
         again = container in self.knowledge.first_seen
@@ -339,7 +339,7 @@ class _Run:
         if step.action == "pick" and not answer.item_remains:
             self.knowledge = self.knowledge.without_item(step.items[0])
         elif step.action == "move" and step.target in self.knowledge.unsearched:
-            self.knowledge = self.knowledge.shut(ContainerId(step.target))
+            self.knowledge = self.knowledge.refuse_search(ContainerId(step.target))
         self.reason = f"'{step}' was refused: {answer.reason}"
         key = (step.action, step.target, step.items)
         self.refusals[key] = self.refusals.get(key, 0) + 1

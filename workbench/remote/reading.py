@@ -128,9 +128,9 @@ class RemoteFile(io.BufferedIOBase):
                 self._source.seek(start)
                 data = self._source.read(end - start)
             except outside_errors() as error:
-                told = in_words(error, self._path)
-                if not isinstance(told, Unreachable):
-                    raise told from error
+                explained = in_words(error, self._path)
+                if not isinstance(explained, Unreachable):
+                    raise explained from error
                 if last_try:
                     raise BrokenOff(self._path, start) from error
             else:

@@ -11,7 +11,7 @@ from workbench.remote.path import WEB, RemotePath, path_of
 from workbench.terminal import counted, say
 
 Pair = tuple[Path, RemotePath]
-Told = Callable[[Sequence[Pair]], Iterable[Pair]]
+Progress = Callable[[Sequence[Pair]], Iterable[Pair]]
 
 
 def upload_target(address: str) -> RemotePath:
@@ -30,7 +30,9 @@ def upload_target(address: str) -> RemotePath:
     return path
 
 
-def upload(sources: Sequence[Path], address: str, *, force: bool = False, told: Told = iter) -> Iterator[RemotePath]:
+def upload(
+    sources: Sequence[Path], address: str, *, force: bool = False, progress: Progress = iter
+) -> Iterator[RemotePath]:
     """Copies files, and folders with all that is below them, and gives the address of each copy once it is there.
 
     One file takes the address as its name, unless that ends with a slash or is a folder already. What one folder
@@ -38,7 +40,7 @@ def upload(sources: Sequence[Path], address: str, *, force: bool = False, told: 
 
     Args:
         force: replace what is there.
-        told: wraps the pairs of file and address, for a progress bar.
+        progress: wraps the pairs of file and address, for a progress bar.
 
     Raises:
         FileMissing: a source does not exist.
@@ -53,7 +55,7 @@ def upload(sources: Sequence[Path], address: str, *, force: bool = False, told: 
             if there.exists():
                 raise OutputExists(there)
     files = target.filesystem()
-    for local, there in told(pairs):
+    for local, there in progress(pairs):
         try:
             files.put_file(str(local), str(there))
             files.invalidate_cache()

@@ -157,7 +157,7 @@ class Knowledge:
         """The knowledge in which these searched containers, and no others, are worth another look."""
         return self if containers == self.again else replace(self, again=containers)
 
-    def shut(self, container: ContainerId) -> Knowledge:
+    def refuse_search(self, container: ContainerId) -> Knowledge:
         """The knowledge after a container turned out to be impossible to search."""
         return replace(self, closed=self.closed | {container})
 

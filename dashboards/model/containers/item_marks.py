@@ -69,12 +69,12 @@ def item_marks(plan: FloorPlan, places: Sequence[ItemPlace], *, named: Sequence[
                 x, y, z = (float(v) for v in spots[first : first + count].mean(axis=0))
                 names.append((True, words, (x, y, z + size_m / 2 + STAGGER_M * (i % LEVELS))))
         else:
-            told = [kind for kind in kinds if here[kind[0]].wanted or here[kind[0]].item_type == focus]
-            if told:
+            shown = [kind for kind in kinds if here[kind[0]].wanted or here[kind[0]].item_type == focus]
+            if shown:
                 x, y, z = (float(v) for v in spots.mean(axis=0))
-                more = f" + {len(told) - MAX_IN_LINE}" if len(told) > MAX_IN_LINE else ""
-                line = label(", ".join(words for _, _, words in told[:MAX_IN_LINE])) + more
-                names.append((any(here[first].wanted for first, _, _ in told), line, (x, y, z + LINE_UP_M)))
+                more = f" + {len(shown) - MAX_IN_LINE}" if len(shown) > MAX_IN_LINE else ""
+                line = label(", ".join(words for _, _, words in shown[:MAX_IN_LINE])) + more
+                names.append((any(here[first].wanted for first, _, _ in shown), line, (x, y, z + LINE_UP_M)))
     names.sort(key=lambda entry: not entry[0])
     return ItemMarks(
         centre=np.concatenate(centres) if centres else np.zeros((0, 3), dtype=np.float32),

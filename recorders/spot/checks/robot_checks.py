@@ -97,9 +97,9 @@ def _disk(connection: Connection, plan: CheckPlan, output: Path) -> Finding:
 
 
 def _identity(connection: Connection, plan: CheckPlan) -> list[Finding]:
-    told: robot_id_pb2.RobotId = connection.client("robot-id").get_id(timeout=connection.timeout_s)
-    has, ours = SoftwareVersion.of(told), client_version()
-    name = f"{told.nickname or 'no nickname'}, serial {told.serial_number}"
+    robot_id: robot_id_pb2.RobotId = connection.client("robot-id").get_id(timeout=connection.timeout_s)
+    has, ours = SoftwareVersion.of(robot_id), client_version()
+    name = f"{robot_id.nickname or 'no nickname'}, serial {robot_id.serial_number}"
     software = f"robot {has}, client {ours}"
     if has < OLDEST:
         said = warning("software", f"{software}: not tested with robots below {OLDEST}")

@@ -135,8 +135,8 @@ class Connection:
         self.robot.update_secure_channel_port(address.port)
         try:
             self._log_in()
-            told = self.client("robot-id").get_id(timeout=timeout_s)
-            self.serial, self.software = str(told.serial_number), SoftwareVersion.of(told)
+            robot_id = self.client("robot-id").get_id(timeout=timeout_s)
+            self.serial, self.software = str(robot_id.serial_number), SoftwareVersion.of(robot_id)
             self.client("directory")
             self.robot.sync_with_directory()
             self.clock: SessionClock = self._start_time_sync(stepped)

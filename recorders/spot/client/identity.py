@@ -14,18 +14,18 @@ from workbench.worlds.sites.site import Site
 
 
 def robot_run_info(
-    connection: Connection, site: Site, task: Task, driver: Driver, *, title: str = "", told_apart_by: str
+    connection: Connection, site: Site, task: Task, driver: Driver, *, title: str = "", id_salt: str
 ) -> RunInfo:
     """The identity of a run that starts now.
 
     Args:
-        told_apart_by: further input of the run id, besides the robot's serial number and the time.
+        id_salt: further input of the run id, besides the robot's serial number and the time.
     """
     started_ns = connection.clock.now_ns()
     return run_info(
         task,
         driver,
-        id=run_id(f"{connection.serial}|{started_ns}|{told_apart_by}"),
+        id=run_id(f"{connection.serial}|{started_ns}|{id_salt}"),
         place=site.name,
         started_ns=started_ns,
         source="spot",
@@ -47,13 +47,13 @@ def robot_metadata(connection: Connection, *, operator: str = "", serial: bool =
     Args:
         serial: whether the serial number and the nickname, which name one robot, are given.
     """
-    told: robot_id_pb2.RobotId = connection.client("robot-id").get_id(timeout=connection.timeout_s)
-    has = told.software_release.version
+    robot_id: robot_id_pb2.RobotId = connection.client("robot-id").get_id(timeout=connection.timeout_s)
+    has = robot_id.software_release.version
     known = {
-        "species": told.species,
+        "species": robot_id.species,
         "software": f"{has.major_version}.{has.minor_version}.{has.patch_level}",
         "operator": operator,
-        **({"serial": told.serial_number, "nickname": told.nickname} if serial else {}),
+        **({"serial": robot_id.serial_number, "nickname": robot_id.nickname} if serial else {}),
     }
     try:
         graph: map_pb2.Graph = connection.client("graph-nav-service").download_graph(timeout=MAP_TIMEOUT_S)

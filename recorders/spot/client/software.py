@@ -18,9 +18,9 @@ class SoftwareVersion(NamedTuple):
     patch: int = 0
 
     @classmethod
-    def of(cls, told: robot_id_pb2.RobotId) -> SoftwareVersion:
+    def of(cls, robot_id: robot_id_pb2.RobotId) -> SoftwareVersion:
         """What a robot says of itself; 0.0.0 if it says nothing."""
-        has = told.software_release.version
+        has = robot_id.software_release.version
         return cls(has.major_version, has.minor_version, has.patch_level)
 
     @classmethod

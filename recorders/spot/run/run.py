@@ -337,5 +337,5 @@ def _as_found(world: SpotWorld, run: RobotRun) -> dict[str, object]:
 def _info(connection: Connection, run: RobotRun, setup: RunSetup) -> RunInfo:
     driver = Driver(strategy=setup.strategy.name, estimator=setup.estimator.name, seed=run.seed)
     by = f"{driver.strategy}|{driver.seed}|{run.title}"
-    info = robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)
+    info = robot_run_info(connection, run.site, run.task, driver, title=run.title, id_salt=by)
     return info if run.earlier is None else run.earlier.continued(info)

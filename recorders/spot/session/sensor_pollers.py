@@ -71,7 +71,7 @@ class _SharedState:
     def __init__(self) -> None:
         self.map_tform_body: geometry_pb2.SE3Pose | None = None
         self.map_tform_odom: SE3Pose | None = None
-        self.told_status_ns = 0
+        self.reported_status_ns = 0
         self.faults: tuple[str, ...] = ()
         self.calibrated: set[str] = set()
         self.detected_ns: dict[tuple[str, str, int], int] = {}
@@ -89,7 +89,7 @@ def sensor_streams(session: Session) -> tuple[SensorStream, ...]:
         ("grid", rates.grid_hz, lambda: _grid(session)),
         ("clock", rates.clock_hz, lambda: _clock(session)),
         # with stepped time nobody watches, and the room on a disk would make two equal runs differ
-        ("status", 0.0 if isinstance(session.connection.clock, Stepped) else rates.status_hz, session.tell_status),
+        ("status", 0.0 if isinstance(session.connection.clock, Stepped) else rates.status_hz, session.report_status),
     )
     return tuple(SensorStream(name, 1.0 / hz, take, name not in OURS) for name, hz, take in wanted if hz > 0)
 
@@ -172,8 +172,8 @@ def _state(session: Session, known: _SharedState) -> None:
     for fault in faults:
         if fault not in known.faults:
             session.words(f"Fault: {fault}", level=Log.ERROR)
-    if faults != known.faults or at - known.told_status_ns >= STATUS_EVERY_NS:
-        known.faults, known.told_status_ns = faults, at
+    if faults != known.faults or at - known.reported_status_ns >= STATUS_EVERY_NS:
+        known.faults, known.reported_status_ns = faults, at
         session.tell(_status(state, at, faults, localized=known.map_tform_body is not None))
 
 

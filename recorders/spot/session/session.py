@@ -68,13 +68,13 @@ class _ConnectionState:
     Attributes:
         answered_ns: time of the last answer to any stream. since_ns: start of the current outage; None while
             connected.
-        told: whether the outage has been reported.
+        reported: whether the outage has been reported.
     """
 
     answered_ns: int = 0
     since_ns: int | None = None
     reason: str = ""
-    told: bool = False
+    reported: bool = False
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
@@ -165,7 +165,7 @@ class Session:
             channel, message.SerializeToString(deterministic=True), log_time=self.now_ns(), publish_time=source_ns
         )
 
-    def tell_status(self) -> None:
+    def report_status(self) -> None:
         """Write the session's status, and show it."""
         status = self.live.now(self.now_ns(), answered_ns=self._away.answered_ns, sink=self.sink)
         self.tell(status)
@@ -244,9 +244,9 @@ class Session:
         self.failed[sense.name] = self.failed.get(sense.name, 0) + 1
         with away.lock:
             if away.since_ns is None:
-                away.since_ns, away.reason, away.told = away.answered_ns or now, reason_of(error), False
-            if not away.told and now - away.since_ns > GAP_S * 1e9:
-                away.told = True
+                away.since_ns, away.reason, away.reported = away.answered_ns or now, reason_of(error), False
+            if not away.reported and now - away.since_ns > GAP_S * 1e9:
+                away.reported = True
                 self.words(f"The robot does not answer ({away.reason})", level=Log.WARNING)
 
     def _found(self, *, back: bool = True) -> None:

@@ -115,10 +115,10 @@ def style_of(compression: str, chunk_size: int | None, force: bool) -> LogLayout
 def bar(title: str) -> Any:
     """Wraps messages in a progress bar, on a terminal."""
 
-    def told(messages: Iterator[Message]) -> Iterable[Message]:
+    def wrapped(messages: Iterator[Message]) -> Iterable[Message]:
         return progress(messages, title=title)
 
-    return told
+    return wrapped
 
 
 def warn(damage: Damage) -> None:

@@ -26,13 +26,13 @@ class Bounds(BoundFigures):
     Attributes:
         stretches: how many stretches of the loop it took.
         cheapest, dearest: ends that cost least_found and largest_found: worlds that one can look at.
-        told: what is known of the cost in each group of worlds, all of them together; empty when there are too many.
+        groups: what is known of the cost in each group of worlds, all together; empty when there are too many.
     """
 
     stretches: int
     cheapest: Leaf | None = None
     dearest: Leaf | None = None
-    told: tuple[WorldGroup, ...] = ()
+    groups: tuple[WorldGroup, ...] = ()
 
     @property
     def figures(self) -> BoundFigures:
@@ -55,7 +55,7 @@ class Bounds(BoundFigures):
             return self
         lower = min(self.lower, leaf.cost)
         return replace(
-            self, lower=lower, upper=inf, lower_proof=Proof.OUTER, upper_proof=Proof.NONE, complete=False, told=()
+            self, lower=lower, upper=inf, lower_proof=Proof.OUTER, upper_proof=Proof.NONE, complete=False, groups=()
         )
 
     def _with_end(self, leaf: Leaf) -> Bounds:

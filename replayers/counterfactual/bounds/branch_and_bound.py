@@ -201,8 +201,8 @@ class BoundSearch:
             if question.others:
                 yield self._group(self._others[node], cost, filled)
             for answer in reversed(question.options):
-                told = Assignment(container=question.container, live=question.live, answer=answer)
-                waiting.append((node.children[answer], cost, (*filled, told)))
+                assigned = Assignment(container=question.container, live=question.live, answer=answer)
+                waiting.append((node.children[answer], cost, (*filled, assigned)))
 
     def _may_expand(self, node: Node) -> bool:
         """Whether the search may continue below a node."""
@@ -228,7 +228,7 @@ class BoundSearch:
         if not whole.whole and not straight:
             upper = inf
             lower = min(lower, failure)
-        told = tuple(islice(self._world_groups(), MAX_WORLD_GROUPS + 1))
+        groups = tuple(islice(self._world_groups(), MAX_WORLD_GROUPS + 1))
         above = Proof.NONE if upper == inf else Proof.STRAIGHT
         return Bounds(
             lower=least if least - lower <= NEAR_COST else lower,
@@ -242,5 +242,5 @@ class BoundSearch:
             can_fail=whole.fails,
             cheapest=self._attaining_leaf("low"),
             dearest=self._attaining_leaf("high"),
-            told=told if len(told) <= MAX_WORLD_GROUPS else (),
+            groups=groups if len(groups) <= MAX_WORLD_GROUPS else (),
         )

@@ -133,13 +133,13 @@ class LowerBound:
         return taken[goal.item_type] <= self._certain_instances(goal.item_type, knowledge)
 
     def _certain_instances(self, item_type: ItemType, knowledge: Knowledge) -> int:
-        stuck, barred = self._evidence.stuck, self._evidence.refused_moves
+        no_pick, no_move = self._evidence.refused_picks, self._evidence.refused_moves
         held = knowledge.holding is not None and knowledge.holding.type == item_type
         places = (
             *((at, item.id) for at, item in knowledge.where(item_type)),
             *self._logged_sources(item_type, knowledge),
         )
-        within_reach = [i for at, i in places if at in self._index and at not in barred and i not in stuck]
+        within_reach = [i for at, i in places if at in self._index and at not in no_move and i not in no_pick]
         count = len(within_reach) + held
         if count == 0 and item_type in self._relevance.must_exist and not self._relevance.hidden:
             return int(any(True for _ in self._may_hold_more(knowledge)))

@@ -44,7 +44,7 @@ class StateBounds:
         self.most = UpperBound(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
         self._types = goal_types(evidence.task.goal)
         self._misses_left = evidence.misses_left
-        self._searchable = (*evidence.contents, *evidence.open, *evidence.shut)
+        self._searchable = (*evidence.contents, *evidence.open, *evidence.refused_searches)
         self._bounded: Cache[Hashable, tuple[float, float, bool]] = Cache(MAX_CACHED_STATES)
 
     def interval(self, knowledge: Knowledge) -> Interval:

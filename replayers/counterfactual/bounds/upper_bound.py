@@ -49,9 +49,11 @@ class UpperBound:
         self._goal = evidence.task.goal
         self._nearest_first = nearest_first
         self._empty_handed = empty_handed
-        self._stuck, self._barred = evidence.stuck, evidence.refused_moves
+        self._refused_picks, self._refused_moves = evidence.refused_picks, evidence.refused_moves
         self._one_way = not _has_alternatives(self._goal)
-        self._searchable = tuple(LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.shut))
+        self._searchable = tuple(
+            LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.refused_searches)
+        )
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: Cache[tuple[tuple[int, ...], tuple[int, ...]], float] = Cache(MAX_CACHED_LEGS)
@@ -122,7 +124,8 @@ class UpperBound:
         held = knowledge.holding is not None and knowledge.holding.type == item_type
         places = knowledge.where(item_type)
         return held + sum(
-            at in self._index and at not in self._barred and item.id not in self._stuck for at, item in places
+            at in self._index and at not in self._refused_moves and item.id not in self._refused_picks
+            for at, item in places
         )
 
     def _known_sites(self, part: Delivered | Holding, knowledge: Knowledge) -> list[int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +28,7 @@ from workbench.errors import BadValue
 from workbench.execution.events import ActionEnded, Event
 from workbench.log_schema.events import NANO, Stamp
 from workbench.worlds.house import ContainerId
+from workbench.worlds.sites.site import load_site
 
 
 def interrupted(
@@ -163,6 +166,21 @@ def test_a_done_run_is_not_resumed(tmp_path: Path, capsys: pytest.CaptureFixture
     assert lios(["spot", "resume", str(log), *options]) == 2
     said = capsys.readouterr().err
     assert "its task is done" in said
+    assert len(said.splitlines()) == 1
+
+
+def test_a_detector_that_is_not_installed_is_named_before_the_robot_is_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    home = tmp_path / "home"
+    shutil.copytree(load_site("paper_home").path.parent, home)
+    site = home / "site.yaml"
+    site.write_text(site.read_text() + "detector: {kind: opencv}\n")
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    log = Path(__file__).parents[3] / "logs" / "spot-home-A.mcap"
+    assert lios(["spot", "resume", str(log), "--robot", "127.0.0.1:9", "--site", str(site)]) == 2
+    said = capsys.readouterr().err
+    assert "lios-workbench[opencv]" in said
     assert len(said.splitlines()) == 1
 
 

@@ -13,7 +13,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from replayers.importers.bags import EmptyBag, NotABag, Packed, Unclosed, open_bag
+from replayers.importers.bags import EmptyBag, NotABag, Unclosed, open_bag
+from replayers.importers.packed_files import Packed
 from replayers.runs.run import read
 from workbench.cli import run as lios
 from workbench.worlds.sites.site import Site, load_site

@@ -115,9 +115,9 @@ def _refused(prompt: Prompt, endpoint: Endpoint, status: int, reply: bytes) -> E
         why = f"{endpoint.url} turns requests away as too many (429)"
         return EstimatorFailed(prompt.name, why, "Try later: answers so far are kept")
     said = " ".join(reply[:2000].decode("utf-8", "replace").split())[:120]
-    told = "".join(ch for ch in said if ch.isprintable())
+    printable = "".join(ch for ch in said if ch.isprintable())
     return _failed(
-        prompt, endpoint, f"answers with status {status}: {told or 'nothing'}", "Correct model or endpoint in"
+        prompt, endpoint, f"answers with status {status}: {printable or 'nothing'}", "Correct model or endpoint in"
     )
 
 
@@ -140,5 +140,7 @@ def _failed(prompt: Prompt, endpoint: Endpoint, why: str, fix: str) -> Estimator
 
 def _wait_s(retry_after: str | None) -> float:
     """What Retry-After says in seconds, at most MAX_WAIT_S; USUAL_WAIT_S where it is absent or a date."""
-    told = retry_after is not None and retry_after.isascii() and retry_after.isdecimal() and len(retry_after) < 6
-    return min(MAX_WAIT_S, float(retry_after)) if told and retry_after else USUAL_WAIT_S
+    is_seconds = (
+        retry_after is not None and retry_after.isascii() and retry_after.isdecimal() and len(retry_after) < 6
+    )
+    return min(MAX_WAIT_S, float(retry_after)) if is_seconds and retry_after else USUAL_WAIT_S

@@ -78,12 +78,12 @@ def train(name: str, lesson: TrainingSet, path: Path, *, watch: Watch | None = N
         raise UnknownName("estimator to train", name, TRAINERS)
     losses: dict[str, float] = {}
 
-    def told(what: str, number: int, loss: float) -> None:
+    def report(what: str, number: int, loss: float) -> None:
         losses[what] = min(losses.get(what, loss), loss)
         if watch:
             watch(what, number, loss)
 
-    settings, tensors = TRAINERS[name](lesson, told)
+    settings, tensors = TRAINERS[name](lesson, report)
     header = Header(
         estimator=name,
         version=VERSION,
@@ -133,11 +133,11 @@ def _train_fcnn(lesson: TrainingSet, watch: Watch | None) -> TrainingResult:
     examples = collect(lesson.houses, weights=lesson.weights(lesson.houses))
     held_out = collect(lesson.held_out, weights=lesson.weights(lesson.held_out))
 
-    def told(epoch: int, loss: float) -> None:
+    def report(epoch: int, loss: float) -> None:
         if watch:
             watch("network", epoch, loss)
 
-    tensors = train_fcnn(examples, held_out, lesson.encoder, seed=lesson.seed, watch=told)
+    tensors = train_fcnn(examples, held_out, lesson.encoder, seed=lesson.seed, watch=report)
     return {"names": len(examples.items)}, tensors
 
 

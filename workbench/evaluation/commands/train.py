@@ -206,12 +206,12 @@ def _watched(run: Any, estimator: str, lesson: TrainingSet, target: Path) -> Any
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         tasks: dict[str, Any] = {}
 
-        def told(what: str, number: int, loss: float) -> None:
+        def show(what: str, number: int, loss: float) -> None:
             if what not in tasks:
                 tasks[what] = bar.add_task(what, total=None, loss="")
             bar.update(tasks[what], completed=number, loss=f"held-out loss {loss:.4f}")
 
-        watch: Watch = told
+        watch: Watch = show
         return run(estimator, lesson, target, watch=watch)
 
 

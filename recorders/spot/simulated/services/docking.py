@@ -65,10 +65,10 @@ class Docking(docking_service_pb2_grpc.DockingServiceServicer):
         self, request: docking_pb2.GetDockingStateRequest, context: grpc.ServicerContext
     ) -> docking_pb2.GetDockingStateResponse:
         with self._state.alive() as state:
-            told = docking_pb2.DockState
-            docked = told.DOCK_STATUS_UNDOCKED if state.dock is None else told.DOCK_STATUS_DOCKED
+            dock_state = docking_pb2.DockState
+            docked = dock_state.DOCK_STATUS_UNDOCKED if state.dock is None else dock_state.DOCK_STATUS_DOCKED
             return docking_pb2.GetDockingStateResponse(
-                header=header_of(state, request), dock_state=told(status=docked, dock_id=state.dock or 0)
+                header=header_of(state, request), dock_state=dock_state(status=docked, dock_id=state.dock or 0)
             )
 
     def _advance(self, state: RobotState) -> docking_pb2.DockingCommandFeedbackResponse.Status.ValueType:

@@ -19,8 +19,8 @@ class Licences(license_service_pb2_grpc.LicenseServiceServicer):
         self, request: license_pb2.GetLicenseInfoRequest, context: grpc.ServicerContext
     ) -> license_pb2.GetLicenseInfoResponse:
         with self._state.alive() as state:
-            told = license_pb2.LicenseInfo(status=state.licence, id="simulated", licensed_features=FEATURES)
-            return license_pb2.GetLicenseInfoResponse(header=header_of(state, request), license=told)
+            info = license_pb2.LicenseInfo(status=state.licence, id="simulated", licensed_features=FEATURES)
+            return license_pb2.GetLicenseInfoResponse(header=header_of(state, request), license=info)
 
     def GetFeatureEnabled(
         self, request: license_pb2.GetFeatureEnabledRequest, context: grpc.ServicerContext
