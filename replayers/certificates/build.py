@@ -88,6 +88,8 @@ def _require_plain(ground: PreparedLog, evidence: Evidence) -> None:
         raise NotCertifiable(log, "actions were refused in it")
     if prepares(evidence.task.goal):
         raise NotCertifiable(log, "its goal needs preparations")
+    if ground.evidence.passing is not None:
+        raise NotCertifiable(log, "its robot sees open furniture in passing")
     if ground.settings.assumptions != Assumptions():
         raise NotCertifiable(log, "other assumptions than the usual ones are made")
 

@@ -23,6 +23,7 @@ from replayers.counterfactual.evidence_rules import (
     looks_in_order,
     refused_looks,
     refused_targets,
+    seen_from_start,
     successful_manipulations,
 )
 from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
@@ -38,9 +39,11 @@ from workbench.log_schema.place import Place
 from workbench.log_schema.sight_json import sight_from_settings
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
+from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, Contents, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import PERFECT, Perception
+from workbench.worlds.sight.sightings import PassingWays, passing_ways
 
 
 class PartOfRun(Unsupported):
@@ -58,16 +61,6 @@ class StartUnknown(Unsupported):
 
     def __init__(self, run: Run, why: str) -> None:
         super().__init__(f"{run.path}: {why}. Replay the log as it was recorded, before it was filtered or damaged.")
-
-
-class SeesInPassing(Unsupported):
-    """The log of a robot that sees in passing."""
-
-    def __init__(self, run: Run) -> None:
-        super().__init__(
-            f"{run.path}: its robot sees open furniture in passing (--sees), and no replay knows yet what another way "
-            "would have shown. Record the run without --sees to replay it."
-        )
 
 
 class NoTaskAttempted(Unsupported):
@@ -107,6 +100,8 @@ class Evidence:
         memory: what the robot remembered of earlier runs; None where it remembered nothing.
         asking: how the run's estimator asked, where its answers cost something; None where it asked nobody.
         answers: what it was answered.
+        passing: the ways of a robot that sees open furniture in passing; None for one that does not.
+        seen_at_start: what of the known is so because it is in view from the start pose, with that pose.
         notes: what was odd and how it is read, one line each.
     """
 
@@ -137,6 +132,8 @@ class Evidence:
     memory: Memory | None = None
     asking: AskingInfo | None = None
     answers: tuple[Answer, ...] = ()
+    passing: PassingWays | None = field(default=None, compare=False)
+    seen_at_start: Mapping[ContainerId, Pose] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
 
     @property
@@ -192,8 +189,6 @@ def evidence_of(run: Run) -> Evidence:
     """
     if run.task.goal == AllOf(parts=()):
         raise NoTaskAttempted(run)
-    if sight_from_settings(run.settings):
-        raise SeesInPassing(run)
     gaps = gaps_of(run)
     if run.part and (run.part != "0" or not run.complete or gaps.lost):
         raise PartOfRun(run)
@@ -233,6 +228,8 @@ def evidence_of(run: Run) -> Evidence:
         memory=memory_from_settings(run.settings),
         asking=asking_from_settings(run.settings),
         answers=answers_in(run.answers),
+        passing=passing_ways(run.place.plan, run.place.travel, run.place.paths(), sight_from_settings(run.settings)),
+        seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(*cut, *_gap_notes(gaps, len(run.observations) - len(seen)), *_imagined(imputed), *odd, *strange),
     )

@@ -376,7 +376,7 @@ def _nondeterminism_note(tree: RunTree, alone: RunEnded) -> tuple[str, ...]:
     """A note where the strategy, given the same view again, went elsewhere before the first open container."""
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None
-    look = tree.evidence.costs.search if again.question else 0.0
+    look = tree.evidence.costs.search if again.question and again.question.walk is None else 0.0
     if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR_COST:
         return ()
     return (

@@ -99,9 +99,7 @@ def test_a_logged_place_gives_the_same_ways() -> None:
     for a in NAVIGATION.travel.locations:
         for b in NAVIGATION.travel.locations:
             assert logged.along(a, b) == ways().along(a, b)
-    one, other = (
-        w.walk(START, LocationId(DESK), seeking=(), known=(), shows=lambda c: ()) for w in (logged, ways())
-    )
+    one, other = (w.walk(START, LocationId(DESK), seeking=(), known=(), shows=lambda c: ()) for w in (logged, ways()))
     assert one == other
     assert isinstance(one, Walk)
     assert logged.travel_from(one.end) == PassingWays(HOUSE.plan, NAVIGATION.travel, NAVIGATION, 2.5).travel_from(

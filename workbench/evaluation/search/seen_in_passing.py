@@ -1,10 +1,12 @@
-"""One search by a robot that sees open furniture in passing (worlds/sight): the closed loop's, step by step.
+"""One search by a robot that sees open furniture in passing, step by step as the closed loop makes it.
 
-A search ends at once for an item that is seen, wherever the robot is: it turns off and fetches it. What it sees
-besides it need not look into, which costs nothing.
+It stops where the container to which it goes has come into view, or what it seeks, and decides anew from there. What
+it sees it need not look into, which costs nothing.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from workbench.search.costs import ActionCosts
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import START, ContainerId, House, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
-from workbench.worlds.sight.sightings import Sightings
+from workbench.worlds.sight.sightings import PassingWays, Walk
 from workbench.worlds.travel import TravelCosts
 
 
@@ -26,15 +28,15 @@ def search_with_sight(
     estimator: Estimator | None,
     *,
     costs: ActionCosts,
-    sightings: Sightings,
+    ways: PassingWays,
 ) -> SearchTrial:
     """Run one search trial; the house holds a reachable instance.
 
     Args:
         estimator: None for a policy without beliefs.
-        sightings: of this house.
+        ways: of this house.
     """
-    at_start = {s.container: house.contents[s.container] for s in sightings.at_start()}
+    at_start = {s.container: house.contents[s.container] for s in ways.at_start()}
     knowledge = knowledge_at_start(house.plan, travel, at_start)
     cost, order, said = 0.0, list[ContainerId](), list[float]()
     while not knowledge.where(item_type) and knowledge.unsearched:
@@ -46,26 +48,26 @@ def search_with_sight(
             origin=knowledge.robot_at,
             target=START,
             belief=belief,
-            travel=travel,
+            travel=knowledge.travel,
             costs=costs,
         )
         container = first_stop(searcher, query)
         if container is None:
             break
-        metres, moved = _go(house, knowledge, LocationId(container), item_type, sightings)
+        before = knowledge.first_seen
+        metres, knowledge = _go(house, knowledge, LocationId(container), item_type, ways)
         cost += metres
-        if moved.first_seen.keys() == knowledge.first_seen.keys():
+        if knowledge.first_seen is before:
             if estimator is not None:
                 said.append(float(belief.of(item_type)[belief.containers.index(container)]))
-            moved = moved.seen(container, house.contents[container])
+            knowledge = knowledge.seen(container, house.contents[container])
             cost += costs.search
             order.append(container)
-        knowledge = moved
-    places = [at for at, _ in knowledge.where(item_type)]
+    places = tuple(at for at, _ in knowledge.where(item_type))
     if places:
-        here, home = travel.index(knowledge.robot_at), travel.index(START)
-        at = travel.rows(tuple(places))
-        cost += costs.manipulation + float(np.min(travel.metres[here, at] + travel.metres[at, home]))
+        to, back = knowledge.travel.metres, knowledge.travel.rows(places)
+        here, home = knowledge.travel.index(knowledge.robot_at), knowledge.travel.index(START)
+        cost += costs.manipulation + float(np.min(to[here, back] + to[back, home]))
     return SearchTrial(
         house=house.plan.name,
         item_type=item_type,
@@ -78,20 +80,19 @@ def search_with_sight(
 
 
 def _go(
-    house: House, knowledge: Knowledge, to: LocationId, item_type: ItemType, sightings: Sightings
+    house: House, knowledge: Knowledge, to: LocationId, item_type: ItemType, ways: PassingWays
 ) -> tuple[float, Knowledge]:
-    """Metres walked, and the knowledge after going to a place, or to the item once it comes into view."""
-    here = knowledge.robot_at
-    metres, end, seen = knowledge.travel.between(here, to) or 0.0, to, sightings.along(here, to)
-    for sighting in seen:
-        new = sighting.container not in knowledge.first_seen
-        if new and any(item.type == item_type for item in house.contents[sighting.container]):
-            turn = sightings.turn(here, to, sighting.container)
-            if turn is not None:
-                metres, end, seen = turn.metres, turn.at, turn.sightings
-            break
-    knowledge = knowledge.moved(end)
-    for sighting in seen:
-        if sighting.container not in knowledge.first_seen:
-            knowledge = knowledge.seen(sighting.container, house.contents[sighting.container])
-    return metres, knowledge
+    """Metres walked towards a place, and the knowledge after that."""
+    walk = ways.walk(
+        knowledge.robot_at,
+        to,
+        seeking=(item_type,),
+        known=knowledge.first_seen,
+        shows=lambda container: house.contents[container],
+    )
+    if not isinstance(walk, Walk):
+        raise ValueError(f"no way from {knowledge.robot_at} to {to}")
+    knowledge = replace(knowledge, travel=ways.travel_from(walk.end)).moved(walk.end)
+    for sighting, items in walk.seen:
+        knowledge = knowledge.seen(sighting.container, items)
+    return walk.metres, knowledge
