@@ -35,7 +35,7 @@ test: $(VENV)/.installed-test
 
 test-all: $(VENV)/.installed-all
 	bash .ci/chromium
-	$(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup
+	LIOS_EXPLORE=1 $(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup
 
 typings/.written: $(VENV)/.installed-test .ci/spot_stubs.py
 	rm -rf typings

@@ -15,13 +15,14 @@ from recorders.sinks.mirrored import Audience
 from workbench.beliefs.memory.move_rates import NS_PER_DAY
 from workbench.errors import BadValue, OutputExists
 from workbench.evaluation.moved_house import moved_house
+from workbench.evaluation.simulated_site import simulated_site, site_address
 from workbench.execution.events import RunEnded
 from workbench.planning.strategy import Strategy
 from workbench.worlds.house import House
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.procthor.assets import assets_for
 from workbench.worlds.procthor.load import load_house
-from workbench.worlds.simulated import EPOCH_NS
+from workbench.worlds.simulated import EPOCH_NS, NavigationPaths
 
 MOVED_SEED = 1
 """Keeps what moves apart from what else the seed draws."""
@@ -55,7 +56,7 @@ def record(
 
     Args:
         path: the MCAP file to write.
-        house: "houses:9" (a shipped one), FILE:INDEX, a house's .json, or a house.
+        house: "houses:9" (a shipped one), FILE:INDEX, a house's .json or .yaml, the survey of a site, or a house.
         find, scenario, task: exactly one.
         strategy: a name, "module:Class" from the working folder, or a strategy.
         estimator: a name, "module:Class" or a weights file.
@@ -80,29 +81,30 @@ def record(
     path = Path(path)
     if path.exists() and not force and sink is None:
         raise OutputExists(path)
-    place = _house(house, assets, moved, seed)
-    wish = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
+    home, ways = _place(house, assets, moved, seed)
+    job = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
     trial = trial_for(
-        wish,
-        place,
-        strategy=strategy,
-        estimator=estimator,
-        seed=seed,
-        most_known=known,
-        miss_rate=miss_rate,
-        sees_m=sees,
+        job, home, strategy=strategy, estimator=estimator, seed=seed, most_known=known, miss_rate=miss_rate, ways=ways
     )
-    trial = _with_memory(trial, memory, rates, day)
+    trial = _with_memory(replace(trial, sees_m=sees), memory, rates, day)
     on_begun = None if begun is None else lambda: begun(trial)
     return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=on_begun)
 
 
-def _house(house: House | str, assets: Path | None, moved: float, seed: int) -> House:
-    """The house, after a share of its items has moved."""
-    place = house if isinstance(house, House) else load_house(house, assets=assets_for(house, assets))
+def _place(house: House | str, assets: Path | None, moved: float, seed: int) -> tuple[House, NavigationPaths | None]:
+    """The house, after a share of its items has moved; and, of a site, its ways."""
+    ways: NavigationPaths | None = None
+    if isinstance(house, House):
+        place = house
+    elif (site := site_address(house)) is not None:
+        simulated = simulated_site(*site, seed=seed)
+        place, ways = simulated.house, simulated.ways
+    else:
+        place = load_house(house, assets=assets_for(house, assets))
     if not moved:
-        return place
-    return moved_house(place, navigate(place.plan).travel, moved, rng=np.random.default_rng((seed, MOVED_SEED)))
+        return place, ways
+    travel = (ways or navigate(place.plan)).travel
+    return moved_house(place, travel, moved, rng=np.random.default_rng((seed, MOVED_SEED))), ways
 
 
 def _with_memory(trial: Trial, logs: Sequence[Path | str], rates: Path | str | None, day: int | None) -> Trial:

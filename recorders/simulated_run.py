@@ -32,8 +32,8 @@ from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.perception import PERFECT, Perception, missing_at
 from workbench.worlds.sight.lines_of_sight import checked_radius
-from workbench.worlds.sight.sightings import passing_ways
-from workbench.worlds.simulated import EPOCH_NS, SIGHT_NEVER_MISSES, SimulatedWorld
+from workbench.worlds.sight.sightings import PassingWays, passing_ways
+from workbench.worlds.simulated import EPOCH_NS, SIGHT_NEVER_MISSES, NavigationPaths, SimulatedWorld
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +49,10 @@ class Trial:
         trusts_looks: the robot does not know it, and takes every look at its word.
         memory: what the robot remembers of earlier runs.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
+        ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
+
+    Raises:
+        BadValue: no sight radius, or sight together with misses or with other ways.
     """
 
     house: House
@@ -63,6 +67,15 @@ class Trial:
     trusts_looks: bool = False
     memory: Memory | None = None
     start_ns: int = EPOCH_NS
+    ways: NavigationPaths | None = None
+
+    def __post_init__(self) -> None:
+        if not checked_radius(self.sees_m):
+            return
+        if self.miss_rate:
+            raise BadValue("--sees", self.sees_m, SIGHT_NEVER_MISSES)
+        if self.ways is not None:
+            raise BadValue("--sees", self.sees_m, "given for a house, not for a surveyed site")
 
     @property
     def perception(self) -> Perception:
@@ -105,22 +118,21 @@ def trial_for(
     seed: int = 0,
     most_known: float | None = None,
     miss_rate: float = 0.0,
-    sees_m: float = 0.0,
+    ways: NavigationPaths | None = None,
 ) -> Trial:
     """The trial for a task request in a house.
 
     Args:
         most_known: largest share of containers known at the start; by default 0 for a find, and
             MAX_KNOWN_SHARE for a task.
+        ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
 
     Raises:
         UnknownName: an unknown item type or scenario.
         Unsupported: a scenario that the house cannot support.
-        BadValue: a miss rate outside [0, 1), no sight radius, or both.
+        BadValue: a miss rate outside [0, 1).
     """
     missing_at(miss_rate)
-    if checked_radius(sees_m) and miss_rate:
-        raise BadValue("--sees", sees_m, SIGHT_NEVER_MISSES)
     if wish.find:
         task = find_task(item_type_in(house, wish.find), START)
         known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=most_known or 0.0)
@@ -130,7 +142,7 @@ def trial_for(
             wish.scenario or str(wish.task_file),
             house,
             seed=seed,
-            travel=navigate(house.plan).travel,
+            travel=(ways or navigate(house.plan)).travel,
             most_known=MAX_KNOWN_SHARE if most_known is None else most_known,
         )
     return Trial(
@@ -141,7 +153,7 @@ def trial_for(
         seed=seed,
         known=start.known,
         miss_rate=miss_rate,
-        sees_m=sees_m,
+        ways=ways,
     )
 
 
@@ -225,7 +237,7 @@ def _plain(name: str) -> str:
 
 
 def _prepare(trial: Trial) -> _PreparedRun:
-    navigation = navigate(trial.house.plan)
+    navigation = trial.ways or navigate(trial.house.plan)
     setup = set_up(
         trial.task,
         strategy=trial.strategy,
@@ -244,11 +256,18 @@ def _prepare(trial: Trial) -> _PreparedRun:
             known=trial.known,
             miss_rate=trial.miss_rate,
             seed=trial.seed,
-            passing=passing_ways(trial.house.plan, navigation.travel, navigation, trial.sees_m),
+            passing=_sight(trial),
             start_ns=trial.start_ns,
         ),
         place=Place.of(trial.house.plan, navigation),
     )
+
+
+def _sight(trial: Trial) -> PassingWays | None:
+    if not trial.sees_m:
+        return None
+    navigation = navigate(trial.house.plan)
+    return passing_ways(trial.house.plan, navigation.travel, navigation, trial.sees_m)
 
 
 def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:

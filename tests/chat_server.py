@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import threading
-import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -82,11 +81,11 @@ def chat_server(reply: Callable[[dict[str, Any]], Reply] = by_name_length) -> Ge
             thread.join()
 
 
-def slow(seconds: float) -> Callable[[dict[str, Any]], Reply]:
-    """A reply that comes late."""
+def held(until: threading.Event) -> Callable[[dict[str, Any]], Reply]:
+    """A reply that comes late: when somebody sets an event, or after a minute."""
 
     def reply(body: dict[str, Any]) -> Reply:
-        time.sleep(seconds)
+        until.wait(60)
         return by_name_length(body)
 
     return reply

@@ -7,6 +7,7 @@ import signal
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # Started in the background by a shell: what tests start and then interrupt would inherit deaf ears.
@@ -14,6 +15,15 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 # Set in many containers; with it, no test would see what a buffer keeps back.
 os.environ.pop("PYTHONUNBUFFERED", None)
+
+# The same examples in every run, on however slow a machine: what fails is due to a change. LIOS_EXPLORE=1: new ones.
+settings.register_profile(
+    "lios",
+    deadline=None,
+    derandomize=not os.environ.get("LIOS_EXPLORE"),
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("lios")
 
 PROCTHOR = Path(os.environ.get("LIOS_PROCTHOR", Path(__file__).resolve().parents[2] / "shared" / "procthor"))
 

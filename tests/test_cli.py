@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 import time
 from collections.abc import Callable
 from importlib.metadata import entry_points
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench import cli
+from workbench import cli, terminal
 from workbench.errors import BadValue, Failed, LiosError, UnknownName
 from workbench.terminal import counted, emit_table, patience, say, wide_tables
 
@@ -35,8 +36,10 @@ def test_long_work_is_told_on_a_terminal_only(
         time.sleep(0.05)
     assert capsys.readouterr().err == ""
     monkeypatch.setenv("FORCE_COLOR", "1")
+    said = threading.Event()
+    monkeypatch.setattr(terminal, "say", lambda words: (say(words), said.set()))
     with patience("still at work", after_s=0.0):
-        time.sleep(0.5)
+        assert said.wait(60)
     assert "still at work" in capsys.readouterr().err
     with patience("still at work", after_s=60.0):
         pass

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import threading
-import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -20,7 +19,7 @@ class WebServer:
         ranges: whether it sends parts of files, and says so.
         breaks_at: it closes the connection at this byte of a file.
         status: it answers all requests with this error.
-        delay_s: how long each answer takes.
+        held_until: answers about files wait until so many are waiting at the same time, or 60 s.
         bytes_sent: bytes of files, counted before they go out, so that a client that has them finds them counted.
         most_at_once: how many requests were open at the same time.
     """
@@ -30,12 +29,13 @@ class WebServer:
     ranges: bool = True
     breaks_at: int | None = None
     status: int | None = None
-    delay_s: float = 0.0
+    held_until: int = 0
     requests: int = 0
     bytes_sent: int = 0
     at_once: int = 0
     most_at_once: int = 0
     lock: threading.Lock = field(default_factory=threading.Lock)
+    enough: threading.Event = field(default_factory=threading.Event)
 
     @property
     def address(self) -> str:
@@ -68,8 +68,11 @@ class _Handler(BaseHTTPRequestHandler):
             self.told.requests += 1
             self.told.at_once += 1
             self.told.most_at_once = max(self.told.most_at_once, self.told.at_once)
+            if self.told.at_once >= self.told.held_until:
+                self.told.enough.set()
         try:
-            time.sleep(self.told.delay_s)
+            if self.told.held_until and Path(self.path).suffix:
+                self.told.enough.wait(60)
             self._send(body=body)
         finally:
             with self.told.lock:

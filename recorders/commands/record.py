@@ -19,7 +19,8 @@ def record(
         str,
         Option(
             "--house",
-            help="houses:9 (a shipped one), FILE:INDEX, FILE.json, FILE.yaml (lios new house); default: houses:0.",
+            help="houses:9 (a shipped one), FILE:INDEX, FILE.json, FILE.yaml (lios new house), or a site: "
+            "site.yaml, site.yaml:CONFIGURATION; default: houses:0.",
         ),
     ] = "",
     find: Annotated[str, Option("--find", help="Item type to find and bring back to the start.")] = "",
@@ -71,6 +72,8 @@ def record(
         lios record --find mug --sees 2.5 -o run.mcap
 
         lios record --find mug --memory logs/ --moved 0.25 -o run.mcap
+
+        lios record --house paper_home:B --find "water bottle" -o run.mcap
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """

@@ -63,6 +63,7 @@ def replay_row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "misses": outcome.misses,
         "may_have_missed": outcome.may_have_missed,
         "contradicting": outcome.contradicting,
+        "corrections": outcome.corrections,
         "reason": outcome.reason,
         "notes": outcome.notes,
     }

@@ -70,6 +70,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
         lost: what is missing from the log, one line each.
         misses: how many items the recorded looks may have overlooked; may_have_missed names the containers.
         contradicting: types that the inventory lists and no look found, though nothing was left to open.
+        corrections: what people say was there although no look showed it, taken as certain; one line each.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
     """
 
@@ -115,6 +116,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     misses: int = 0
     may_have_missed: tuple[str, ...] = ()
     contradicting: tuple[str, ...] = ()
+    corrections: tuple[str, ...] = ()
 
 
 def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
@@ -164,6 +166,7 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         misses=evidence.misses,
         may_have_missed=evidence.doubtful,
         contradicting=ground.contradicting,
+        corrections=tuple(correction.words for correction in evidence.corrections),
     )
 
 
@@ -173,9 +176,14 @@ def replay_key(sha256: str, strategy: str, settings: ReplaySettings) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
-def replay_path(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
-    """Where a replay is stored: one folder for each log, one file for each strategy."""
-    return folder / f"{file_name_of(run_id)}-{sha256[:8]}" / f"{file_name_of(strategy)}{SUFFIX}"
+def replay_path(folder: Path, sha256: str, run_id: str, strategy: str, *, misses: int | None = None) -> Path:
+    """Where a replay is stored: one folder for each log, one file for each strategy.
+
+    Args:
+        misses: how many items the looks may have overlooked, where that was asked for: those replays stand apart.
+    """
+    of_log = folder / f"{file_name_of(run_id)}-{sha256[:8]}"
+    return (of_log / f"misses-{misses}" if misses else of_log) / f"{file_name_of(strategy)}{SUFFIX}"
 
 
 def write_replay(path: Path, record: StoredReplay) -> None:

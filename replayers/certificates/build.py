@@ -80,6 +80,8 @@ def _require_plain(ground: PreparedLog, evidence: Evidence) -> None:
         )
     if not evidence.complete or evidence.gaps.lost:
         raise NotCertifiable(log, "the log is not whole")
+    if evidence.corrections:
+        raise NotCertifiable(log, "a person corrected what its looks show")
     if evidence.imputed:
         raise NotCertifiable(log, "the log is of an imagined world")
     if evidence.misses:

@@ -26,12 +26,14 @@ from replayers.counterfactual.evidence_rules import (
     seen_from_start,
     successful_manipulations,
 )
+from replayers.runs.correcting import with_corrections
 from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
 from replayers.runs.run import Run
 from workbench.beliefs.asking.answers import Answer
 from workbench.beliefs.memory.memory import Memory
 from workbench.errors import Unsupported
 from workbench.log_schema.asking_json import AskingInfo, answers_in, asking_from_settings
+from workbench.log_schema.corrections import Correction
 from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
 from workbench.log_schema.memory_json import memory_from_settings
 from workbench.log_schema.perception_json import perception_from_settings
@@ -97,6 +99,7 @@ class Evidence:
         looks: what each look of the run showed, by container, in order.
         miss_chance: per item type and searched container, the chance that every look there missed it, as the log
             assumes it; 0 where it is not named.
+        corrections: what people say was there although no look showed it; `contents` holds it.
         memory: what the robot remembered of earlier runs; None where it remembered nothing.
         asking: how the run's estimator asked, where its answers cost something; None where it asked nobody.
         answers: what it was answered.
@@ -129,6 +132,7 @@ class Evidence:
     perception: Perception = PERFECT
     looks: Mapping[ContainerId, tuple[tuple[Item, ...], ...]] = field(default_factory=lambda: MappingProxyType({}))
     miss_chance: Mapping[tuple[ItemType, ContainerId], float] = field(default_factory=lambda: MappingProxyType({}))
+    corrections: tuple[Correction, ...] = ()
     memory: Memory | None = None
     asking: AskingInfo | None = None
     answers: tuple[Answer, ...] = ()
@@ -199,9 +203,9 @@ def evidence_of(run: Run) -> Evidence:
     contents, odd = contents_at_start(seen, run.actions, containers)
     rounded = run.info.schema_version < ROUNDED_BEFORE
     probabilities, steady, strange = first_belief(run.beliefs, containers, rounded=rounded)
-    cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
-    known = {ContainerId(o.container) for o in run.observations if o.known_at_start}
+    known = _known_at_start(run, contents)
+    contents, corrections, corrected = with_corrections(contents, known, run)
     return Evidence(
         path=str(run.path),
         sha256=run.sha256,
@@ -211,7 +215,7 @@ def evidence_of(run: Run) -> Evidence:
         place=run.place,
         task=run.task,
         costs=run.costs,
-        known=MappingProxyType({c: contents[c] for c in sorted(known) if c in contents}),
+        known=known,
         contents=MappingProxyType(contents),
         refused_searches=refused_looks(run.actions, contents),
         refused_moves=MappingProxyType({LocationId(k): v for k, v in refused_targets(run.actions, "move").items()}),
@@ -225,14 +229,26 @@ def evidence_of(run: Run) -> Evidence:
         imputed=imputed,
         perception=perception_from_settings(run.settings),
         looks=looks_in_order(seen),
+        corrections=corrections,
         memory=memory_from_settings(run.settings),
         asking=asking_from_settings(run.settings),
         answers=answers_in(run.answers),
         passing=passing_ways(run.place.plan, run.place.travel, run.place.paths(), sight_from_settings(run.settings)),
         seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
-        notes=(*cut, *_gap_notes(gaps, len(run.observations) - len(seen)), *_imagined(imputed), *odd, *strange),
+        notes=(
+            *_gap_notes(run, gaps, len(run.observations) - len(seen)),
+            *_imagined(imputed),
+            *corrected,
+            *odd,
+            *strange,
+        ),
     )
+
+
+def _known_at_start(run: Run, contents: Contents) -> Contents:
+    at_start = {ContainerId(o.container) for o in run.observations if o.known_at_start}
+    return MappingProxyType({c: contents[c] for c in sorted(at_start) if c in contents})
 
 
 def _is_certain(seen: Observation, gaps: Gaps) -> bool:
@@ -243,12 +259,16 @@ def _is_certain(seen: Observation, gaps: Gaps) -> bool:
     return not late and seen.container not in gaps.not_looked
 
 
-def _gap_notes(gaps: Gaps, dropped: int) -> tuple[str, ...]:
+def _gap_notes(run: Run, gaps: Gaps, dropped: int) -> tuple[str, ...]:
+    cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
     if not gaps.lost:
-        return ()
+        return cut
     unused = "1 search proves nothing and counts" if dropped == 1 else f"{dropped} searches prove nothing and count"
     after = f"; with that missing, {unused} as not made" if dropped else ""
-    return (f"the log is not whole: {'; '.join(gaps.lost)}{after}",)
+    return (
+        *cut,
+        f"the log is not whole: {'; '.join(gaps.lost)}{after}",
+    )
 
 
 def _imagined(imputed: tuple[ContainerId, ...]) -> tuple[str, ...]:

@@ -276,14 +276,14 @@ def outside_bounds(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...
 
 def trial_of(place: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
     """The trial of one task by one strategy."""
-    return trial_for(
+    trial = trial_for(
         TaskRequest(scenario=place.scenario),
         load_house(place.house),
         strategy=strategy,
         estimator=plan.estimator,
         seed=place.seed,
-        sees_m=plan.sees_m,
     )
+    return replace(trial, sees_m=plan.sees_m)
 
 
 def _measured(task: tuple[ReplayTask, MeasurementSettings]) -> list[Counterfactual | SkippedTask]:

@@ -21,16 +21,17 @@ from recorders.mcap_io.index import LogIndex
 from recorders.mcap_io.writer import McapWriter
 from replayers.log_tools.info import describe
 from replayers.log_tools.time_argument import moment
+from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import has_counts, is_closed, read_index
 from workbench.errors import BadValue, Malformed
 from workbench.log_schema.codec import UndecodableMessage
+from workbench.log_schema.corrections import NOTE_TOPIC, Correction, correction_from
 from workbench.log_schema.events import NANO
 from workbench.remote.errors import IsRemote
 from workbench.remote.path import RemotePath, path_of
 
-NOTE_TOPIC = "/notes"
 TRIES, WAIT_S = 20, 0.05
 
 
@@ -60,6 +61,7 @@ class Note:
     Attributes:
         start_ns, end_ns: the time span that it is about, in nanoseconds since the epoch.
         written_ns: when it was written, in nanoseconds since the epoch; 0 where unknown.
+        seen: the correction that it makes; None for words alone.
     """
 
     text: str
@@ -67,16 +69,25 @@ class Note:
     end_ns: int
     author: str = ""
     written_ns: int = 0
+    seen: Correction | None = None
 
 
 def add_note(
-    path: Path | str, text: str, *, at: str = "", until: str = "", author: str = "", now_ns: int | None = None
+    path: Path | str,
+    text: str,
+    *,
+    at: str = "",
+    until: str = "",
+    author: str = "",
+    seen: Correction | None = None,
+    now_ns: int | None = None,
 ) -> Note:
     """Adds a note to a closed log.
 
     Args:
         at, until: as replayers.log_tools.time_argument.moment reads them; by default the log's end, and the
             same moment.
+        seen: a correction of the run (replayers.runs.correcting); the note is about its moment, and `at` is not used.
         now_ns: when the note is written.
 
     Raises:
@@ -95,15 +106,17 @@ def add_note(
         raise BadValue("the note", text or None, "some words")
     for _ in range(TRIES):
         try:
-            return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
+            return _added(path, text, at=at, until=until, author=author, seen=seen, now_ns=now_ns)
         except (LogInUse, NotClosed):
             time.sleep(WAIT_S)  # another process's note takes milliseconds
-    return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
+    return _added(path, text, at=at, until=until, author=author, seen=seen, now_ns=now_ns)
 
 
-def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: int | None) -> Note:
+def _added(
+    path: Path, text: str, *, at: str, until: str, author: str, seen: Correction | None, now_ns: int | None
+) -> Note:
     index, size = _index_of(path)
-    start_ns = _within(path, index, at, "--at") if at else index.last_ns
+    start_ns = seen.stamp_ns if seen else _within(path, index, at, "--at") if at else index.last_ns
     end_ns = _within(path, index, until, "--until") if until else start_ns
     if end_ns < start_ns:
         raise BadValue("--until", until, "at or after --at")
@@ -113,6 +126,7 @@ def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: i
         end_ns=end_ns,
         author=author,
         written_ns=time.time_ns() if now_ns is None else now_ns,
+        seen=seen,
     )
     spec = protobuf_channel(NOTE_TOPIC, Event)
     with McapWriter.append_to(path, index, size=size) as writer:
@@ -132,23 +146,29 @@ def notes_of(path: Path | str) -> list[Note]:
     Raises:
         UndecodableMessage: a message on their topic that is not a note.
     """
-    found: list[Note] = []
-    for message in messages(path, topics=NOTE_TOPIC.__eq__):
-        try:
-            event = Event.FromString(message.data)
-        except DecodeError as error:
-            raise UndecodableMessage(NOTE_TOPIC, str(error)) from error
-        pairs = {pair.key: pair.value for pair in event.metadata}
-        found.append(
-            Note(
-                text=pairs.get("note", ""),
-                start_ns=_ns(event.start_time),
-                end_ns=_ns(event.end_time),
-                author=pairs.get("author", ""),
-                written_ns=message.publish_time,
-            )
-        )
+    found = [note_from(message) for message in messages(path, topics=NOTE_TOPIC.__eq__)]
     return sorted(found, key=lambda note: (note.start_ns, note.written_ns))
+
+
+def note_from(message: Message) -> Note:
+    """The note in a message of its topic.
+
+    Raises:
+        UndecodableMessage: it is none.
+    """
+    try:
+        event = Event.FromString(message.data)
+    except DecodeError as error:
+        raise UndecodableMessage(NOTE_TOPIC, str(error)) from error
+    pairs = {pair.key: pair.value for pair in event.metadata}
+    return Note(
+        text=pairs.get("note", ""),
+        start_ns=_ns(event.start_time),
+        end_ns=_ns(event.end_time),
+        author=pairs.get("author", ""),
+        written_ns=message.publish_time,
+        seen=correction_from(pairs, stamp_ns=_ns(event.start_time)),
+    )
 
 
 def _index_of(path: Path) -> tuple[LogIndex, int]:
@@ -177,6 +197,8 @@ def _encoded(note: Note) -> bytes:
     pairs = [KeyValuePair(key="note", value=note.text)]
     if note.author:
         pairs.append(KeyValuePair(key="author", value=note.author))
+    if note.seen is not None:
+        pairs += [KeyValuePair(key=key, value=value) for key, value in note.seen.as_pairs().items()]
     event = Event(start_time=_stamp(note.start_ns), end_time=_stamp(note.end_ns), metadata=pairs)
     return event.SerializeToString(deterministic=True)
 

@@ -25,6 +25,7 @@ from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
 from replayers.mcap_io.summary import is_closed, read_index
 from workbench.log_schema.codec import decode
+from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction
 from workbench.log_schema.events import (
     POSE_TOPIC,
     TOPIC_OF,
@@ -66,6 +67,7 @@ class Run:
         closed: the file has its end, as a recorder that was not killed writes it.
         complete: the log was closed properly and holds its outcome.
         damage: places where the file could not be read; empty for a log that is whole or was merely cut off.
+        corrections: what people say was there although no look showed it (lios log note --seen).
         part: the number of this file among the parts of a recording, from 0; empty for a log that was not split.
         skipped: topics whose sequence numbers, which the recorder counts from 0, have gaps; how many are missing.
     """
@@ -91,8 +93,11 @@ class Run:
     closed: bool = False
     complete: bool = False
     damage: tuple[Damage, ...] = ()
+    corrections: tuple[Correction, ...] = ()
     part: str = ""
     skipped: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    sha256_read: str = ""
+    """Hash of the part of a growing file that was read; empty for a file that was read to its end."""
 
     def __repr__(self) -> str:
         """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
@@ -128,7 +133,9 @@ class Run:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the whole file, in hexadecimal."""
+        """Hash of the whole file, or of the part that was read of one that still grows, in hexadecimal."""
+        if self.sha256_read:
+            return self.sha256_read
         digest = hashlib.sha256()
         with open_log(self.path) as stream:
             while block := stream.read(1 << 20):
@@ -166,7 +173,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
         UndecodableMessage: a message inside an intact chunk that is not what its topic says.
         NewerSchema: recorded by a later release.
     """
-    found = _Found(path_of(path), with_truth)
+    found = RunBuilder(path_of(path), with_truth)
     content = ChunkMessages(topics=found.wants, on_damage=found.damage.append)
     with open_log(path) as stream:
         index, closed = read_index(stream), is_closed(stream)
@@ -191,8 +198,12 @@ _place = lru_cache(maxsize=8)(place_from_json)
 
 
 @dataclass(slots=True)
-class _Found:
-    """What has been read so far."""
+class RunBuilder:
+    """What has been read of a run so far: records are taken as they come, and `run` is what they hold.
+
+    Attributes:
+        damage: places that could not be read.
+    """
 
     path: Path
     with_truth: bool
@@ -201,13 +212,14 @@ class _Found:
     info: RunInfo | None = None
     events: dict[type[msgspec.Struct], list[DomainEvent]] = field(default_factory=dict)
     poses: list[tuple[int, bytes]] = field(default_factory=list)
+    corrections: list[Correction] = field(default_factory=list)
     several: bool = False
     part: str = ""
     skipped: dict[str, int] = field(default_factory=dict)
     expected: dict[str, int] = field(default_factory=dict)
 
     def wants(self, topic: str) -> bool:
-        return topic == POSE_TOPIC or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
+        return topic in (POSE_TOPIC, NOTE_TOPIC) or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
 
     def take(self, record: Record | None) -> None:
         if isinstance(record, Metadata | Attachment) and run_and_name(record.name)[0] is not None:
@@ -226,8 +238,18 @@ class _Found:
                 self._count(topic, message.sequence)
                 event = decode(topic, message.data)
                 self.events.setdefault(type(event), []).append(event)
+            elif topic == NOTE_TOPIC:
+                self._take_note(message)
             elif message.channel.message_encoding == "protobuf":
                 self.poses.append((message.log_time, message.data))
+
+    def _take_note(self, message: Message) -> None:
+        if message.schema is not None and message.schema.name == NOTE_SCHEMA:
+            from replayers.log_tools.notes import note_from
+
+            correction = note_from(message).seen
+            if correction is not None:
+                self.corrections.append(correction)
 
     def _count(self, topic: str, sequence: int) -> None:
         """A number that is lower than expected begins the next file of a recording, or is of a writer without one."""
@@ -236,7 +258,17 @@ class _Found:
             self.skipped[topic] = self.skipped.get(topic, 0) + sequence - expected
         self.expected[topic] = sequence + 1
 
-    def run(self, *, closed: bool) -> Run:
+    def run(self, *, closed: bool, sha256_read: str = "") -> Run:
+        """The run as far as it was read.
+
+        Args:
+            closed: whether the file has its end.
+            sha256_read: hash of what was read, of a file that still grows; empty to hash the file when asked.
+
+        Raises:
+            SeveralRuns: several runs in one file.
+            HoldsNoRun: the run's identity, place or task is not in it.
+        """
         if self.info is None:
             if self.several:
                 raise SeveralRuns(self.path)
@@ -261,11 +293,13 @@ class _Found:
             truth=self._last(GroundTruth),
             dropped=self._last(Dropped),
             raw_poses=tuple(self.poses),
+            corrections=tuple(self.corrections),
             closed=closed,
             complete=closed and outcome is not None,
             damage=tuple(self.damage),
             part=self.part,
             skipped=MappingProxyType({topic: count for topic, count in self.skipped.items() if count}),
+            sha256_read=sha256_read,
         )
 
     def _attachment(self, name: str) -> bytes:

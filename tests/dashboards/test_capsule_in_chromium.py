@@ -9,12 +9,14 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from chromium import chromium, colours_in, until
+from chromium import chromium, colours_in, new_page, until, until_seen, until_still
 from PIL import Image, ImageChops, ImageStat
 from playwright.sync_api import Browser, Page
 from toy_run import named_run, other_run, toy_run
 
 from dashboards.capsule.write import write_capsule
+from dashboards.model.clock import Clock
+from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.rendering.mp4 import Sample, mp4
 from dashboards.rendering.picture import Framing, draw_picture
@@ -32,7 +34,7 @@ def browser() -> Iterator[Browser]:
 def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     path = tmp_path_factory.mktemp("capsule") / "run.html"
     write_capsule([timeline_of(toy_run()), timeline_of(other_run())], path)
-    opened = browser.new_page(viewport={"width": 1200, "height": 760})
+    opened = new_page(browser, width=1200, height=760)
     opened.context.set_offline(True)
     opened.goto(path.as_uri())
     until(opened, "window.lios !== undefined")
@@ -45,8 +47,7 @@ def shown(page: Page) -> float:
 
 
 def test_the_house_is_drawn(page: Page) -> None:
-    page.wait_for_timeout(300)
-    assert colours_in(page.screenshot(), (0.05, 0.1, 0.6, 0.7)) > 200
+    until_seen(page, lambda picture: colours_in(picture, (0.05, 0.1, 0.6, 0.7)) > 200)
     page.get_by_text("find mug and bring it to start").wait_for()
 
 
@@ -68,8 +69,41 @@ def test_keys_step_and_seek_both_ways(page: Page) -> None:
 
 def test_costs_run_between_frames(page: Page) -> None:
     page.evaluate("window.lios.seek(1)")
-    assert page.locator("[data-live=cost]").inner_text() == "0.5"
-    assert page.locator("[data-live=walked]").inner_text() == "0.5 m"
+    assert page.locator("#p-now [data-live=cost]").inner_text() == "0.5"
+    assert page.locator("#p-now [data-live=walked]").inner_text() == "0.5 m"
+
+
+@pytest.mark.parametrize("second", [0.0, 1.0, 5.5, 8.0, 99.0])
+def test_compare_tells_each_run_at_the_moment_shown(page: Page, second: float) -> None:
+    page.get_by_role("tab", name="Compare", exact=True).click()
+    page.evaluate(f"window.lios.seek({second})")
+    clock = Clock(timelines=(timeline_of(toy_run()), timeline_of(other_run())))
+    scenes = [scene_at(t, s) for t, s in zip(clock.timelines, clock.stamps(second), strict=True)]
+    cells = page.locator("table[data-table=comparison] [data-live]").all_inner_texts()
+    assert cells == [w for s in scenes for w in (f"{s.cost:.1f}", f"{s.travel_m:.1f}", str(s.searches))]
+
+
+def test_an_item_that_was_seen_has_its_name_until_it_is_taken(page: Page) -> None:
+    name = page.locator("#labels .item")
+    page.evaluate("window.lios.seek(8)")
+    assert name.all_inner_texts() == ["mug"]
+    assert name.first.is_visible()
+    page.evaluate("window.lios.seek(13)")
+    assert not any(n.is_visible() for n in name.all())
+
+
+def test_a_narrow_window_scrolls_down_only(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "narrow.html"
+    write_capsule([timeline_of(toy_run()), timeline_of(other_run())], path)
+    page = browser.new_page(viewport={"width": 440, "height": 900})
+    page.goto(path.as_uri())
+    until(page, "window.lios !== undefined")
+    for tab in ("Belief", "Plan", "Find costs", "Plots", "Compare"):
+        page.get_by_role("tab", name=tab, exact=True).click()
+        assert page.evaluate(
+            "[...document.querySelectorAll('html, .lp')].every((b) => b.scrollWidth <= b.clientWidth)"
+        )
+    page.close()
 
 
 @pytest.mark.parametrize(
@@ -112,13 +146,13 @@ def test_names_of_robots_that_stand_together_stay_in_the_picture(browser: Browse
     """On a small screen five of them at one place would be pushed out of its top. The time stays by its slider."""
     path = tmp_path / "five.html"
     write_capsule([timeline_of(toy_run()), *(timeline_of(other_run()) for _ in range(7))], path)
-    page = browser.new_page(viewport={"width": 1280, "height": 560})
+    page = new_page(browser, height=560)
     page.goto(path.as_uri())
     until(page, "window.lios !== undefined && document.querySelectorAll('#labels .robot').length === 8")
-    page.wait_for_timeout(500)
-    boxes = page.evaluate(
+    boxes = until_still(
+        page,
         "[...document.querySelectorAll('#labels .robot')].filter((d) => d.style.display !== 'none')"
-        ".map((d) => d.getBoundingClientRect()).map((b) => [b.top, b.bottom])"
+        ".map((d) => d.getBoundingClientRect()).map((b) => [b.top, b.bottom])",
     )
     stage = page.locator("#stage").bounding_box()
     slider, reading = page.locator("#slider").bounding_box(), page.locator("#reading").bounding_box()
@@ -136,7 +170,7 @@ def test_names_of_robots_that_stand_together_stay_in_the_picture(browser: Browse
 def test_markup_in_names_is_shown_and_not_run(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "nasty.html"
     write_capsule([timeline_of(named_run('<img src=x onerror="window.ran=1"><b>bold</b>'))], path)
-    tab = browser.new_page()
+    tab = new_page(browser)
     failures: list[str] = []
     tab.on("pageerror", lambda error: failures.append(str(error)))
     tab.goto(path.as_uri())
@@ -153,7 +187,7 @@ def test_films_are_playable(browser: Browser, tmp_path: Path) -> None:
     """The page encodes, mp4() wraps, and a video element reads the length, the size and the frames."""
     page_path, film = tmp_path / "run.html", tmp_path / "run.mp4"
     write_capsule([timeline_of(toy_run())], page_path)
-    tab = browser.new_page(viewport={"width": 320, "height": 240})
+    tab = new_page(browser, width=320, height=240)
     tab.goto(page_path.as_uri())
     until(tab, "window.lios !== undefined")
     tab.evaluate("window.lios.bare({caption: false})")
@@ -208,13 +242,13 @@ def test_no_caption_covers_the_house(browser: Browser, tmp_path: Path) -> None:
     """Of a picture the caption's own height is kept free; of a film, what its lines take."""
     path = tmp_path / "caption.html"
     write_capsule([timeline_of(toy_run())], path)
-    tab = browser.new_page(viewport={"width": 800, "height": 450})
+    tab = new_page(browser, width=800, height=450)
     tab.goto(path.as_uri())
     until(tab, "window.lios !== undefined")
     tab.evaluate("window.lios.bare({caption: true})")
     tab.evaluate("window.lios.seek(5)")
-    tab.wait_for_timeout(300)
     tall = "document.getElementById('caption').getBoundingClientRect().height"
+    until_still(tab, f"[{tall}, window.lios.fitting.covered]")
     caption = f"{tall} / document.getElementById('view').clientHeight"
     assert tab.evaluate("document.getElementById('view').clientHeight") == 450, "a narrow picture is all picture"
     assert tab.evaluate(caption) > 0.15
@@ -230,13 +264,13 @@ def test_behind_the_robot_the_caption_covers_little_and_the_robot_stands_above_i
     """The robot's label, a hand above it, is in the middle third of what the caption leaves."""
     path = tmp_path / "follow.html"
     write_capsule([timeline_of(toy_run())], path)
-    tab = browser.new_page(viewport={"width": 700, "height": 500})
+    tab = new_page(browser, width=700, height=500)
     tab.goto(path.as_uri())
     until(tab, "window.lios !== undefined")
     tab.evaluate("window.lios.bare({caption: true})")
     tab.evaluate("window.lios.follow(true)")
     tab.evaluate("window.lios.seek(5)")
-    tab.wait_for_timeout(300)
+    until_still(tab, "document.querySelector('#labels .robot').getBoundingClientRect().top")
     free = tab.evaluate("document.getElementById('caption').getBoundingClientRect().top")
     assert free > 500 * 0.6
     label = tab.evaluate("document.querySelector('#labels .robot').getBoundingClientRect().top")

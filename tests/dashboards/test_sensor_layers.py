@@ -79,7 +79,7 @@ class Senses:
 
 
 def until_shown(layers: SensorLayers, scene: Scene, count: int | None) -> None:
-    end = time.monotonic() + 10
+    end = time.monotonic() + 60
     while time.monotonic() < end:
         layers.show(0, STANDING, pictures=True, points=True, grid=True)
         site = scene.shown.get("/sensors/site")

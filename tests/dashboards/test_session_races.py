@@ -200,7 +200,7 @@ def test_a_browser_that_leaves_while_its_view_settles_leaves_no_thread(monkeypat
     monkeypatch.setattr(made, "_show", lambda: None)
     made.settlers.append(Session.stop)
     made._thread.start()
-    made._thread.join(timeout=5)
+    made._thread.join(timeout=60)
     assert not made._thread.is_alive()
 
 
@@ -215,5 +215,5 @@ def test_a_camera_that_moves_while_the_view_settles_settles_anew(monkeypatch: py
 
     made.settlers.append(settle)
     made._thread.start()
-    made._thread.join(timeout=5)
+    made._thread.join(timeout=60)
     assert settled == [0, 1]

@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 import viser
-from chromium import chromium, colours_in, open_view, wait_for_second
+from chromium import chromium, colours_in, open_view, until_seen, wait_for_second
 from playwright.sync_api import Browser, Page
 
 from dashboards.viser_app.server import Dashboard
@@ -27,6 +27,9 @@ pytestmark = [
     pytest.mark.timeout(1200),
     pytest.mark.filterwarnings("ignore:Queued .* on a closed connection"),
 ]
+
+
+MIDDLE = (0.05, 0.2, 0.6, 0.7)
 
 
 @pytest.fixture(scope="module")
@@ -62,10 +65,8 @@ def page(browser: Browser, dashboard: Dashboard) -> Iterator[Page]:
     opened.close()
 
 
-def test_the_house_is_drawn_and_the_slider_moves_the_run(page: Page, tmp_path: Path) -> None:
-    page.wait_for_timeout(1500)
-    before = page.screenshot(path=tmp_path / "before.png")
-    assert colours_in(before, (0.05, 0.2, 0.6, 0.7)) > 200, "a house has many shades, an empty page one"
+def test_the_house_is_drawn_and_the_slider_moves_the_run(page: Page) -> None:
+    before = until_seen(page, lambda picture: colours_in(picture, MIDDLE) > 200)  # an empty page has one
     facts = page.locator(".lp .facts").inner_text()
     slider = page.get_by_role("slider").first
     slider.focus()
@@ -73,8 +74,7 @@ def test_the_house_is_drawn_and_the_slider_moves_the_run(page: Page, tmp_path: P
         slider.press("ArrowRight")
     wait_for_second(page, 0.2, 9e9)
     page.wait_for_function("(b) => document.querySelector('.lp .facts').innerText !== b", arg=facts)
-    page.wait_for_timeout(700)
-    assert page.screenshot(path=tmp_path / "after.png") != before
+    until_seen(page, lambda picture: picture != before)
 
 
 @pytest.mark.parametrize(
@@ -111,10 +111,14 @@ def test_steps_by_button_and_by_key(page: Page) -> None:
     wait_for_second(page, 0.0, 0.0)
 
 
-def test_play_moves_on_and_pause_stops(page: Page) -> None:
+def test_play_moves_on_and_pause_stops(page: Page, dashboard: Dashboard) -> None:
     page.evaluate("window.liosCommand('seek 0')")
+    wait_for_second(page, 0.0, 0.0)
     page.get_by_role("button", name="Play").click()
-    page.wait_for_timeout(1500)
+    (session,) = dashboard.sessions.values()
+    end = time.monotonic() + 60
+    while session.state.at < 0.5 and time.monotonic() < end:
+        page.wait_for_timeout(100)
     page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="Play").wait_for()
     wait_for_second(page, 0.3, 60.0)
@@ -160,6 +164,7 @@ def test_the_token_is_not_in_the_address_bar_nor_in_reach_of_scripts(page: Page,
 def test_a_page_of_another_website_gets_nothing(browser: Browser, dashboard: Dashboard) -> None:
     """In one and the same browser, cookie included: a page from another port of this machine asks for the home."""
     context = browser.new_context()
+    context.set_default_timeout(90_000)
     own, stranger = context.new_page(), context.new_page()
     own.goto(dashboard.link())
     own.wait_for_function("!location.search.includes('token=')")

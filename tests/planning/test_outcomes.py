@@ -72,7 +72,7 @@ def test_the_best_plan_on_disk_is_used_when_time_is_up(names: tuple[str, str], t
         f"open({names[0]!r}, 'w').write({long!r})\nopen({names[1]!r}, 'w').write({good!r})\n"
         f"open({names[1] + '3'!r}, 'w').write({cut!r})\n{end}"
     )
-    made = python_planner(tmp_path, code).solve(CASE, budget_s=2).plan
+    made = python_planner(tmp_path, code).solve(CASE, budget_s=5 if "sleep" in end else 60).plan
     assert made.status is PlanStatus.SOLVED, made.note
     assert made.cost == pytest.approx(FastDownward(search="blind").solve(CASE, budget_s=30).plan.cost)
     assert not made.optimal

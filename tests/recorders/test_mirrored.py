@@ -71,7 +71,7 @@ def test_who_comes_late_sees_the_last_message_of_latched_topics() -> None:
             channel = json.loads(await socket.recv())["channels"][0]
             wanted = [{"id": 1, "channelId": channel["id"]}]
             await socket.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
-            frame = await asyncio.wait_for(socket.recv(), 20)
+            frame = await asyncio.wait_for(socket.recv(), 60)
             assert isinstance(frame, bytes)
             return struct.unpack_from("<BIQ", frame)[2], frame[13:]
 

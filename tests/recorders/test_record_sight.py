@@ -109,6 +109,14 @@ def test_sight_with_misses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
     assert not path.exists()
 
 
+def test_sight_in_a_site_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "x.mcap"
+    site = "paper_home"
+    assert lios(["record", "--house", site, "--find", "mug", "--sees", "2", "-o", str(path)]) == 2
+    assert "not for a surveyed site" in capsys.readouterr().err
+    assert not path.exists()
+
+
 @pytest.mark.parametrize("stored", [{"radius_m": -1.0}, {"radius_m": "far"}, 3])
 def test_settings_that_name_no_radius_are_malformed(stored: object) -> None:
     with pytest.raises(Malformed, match="sight"):

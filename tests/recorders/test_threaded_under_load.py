@@ -72,13 +72,12 @@ def _percentile(values: list[float], share: float) -> float:
 
 def test_cameras_and_state_at_full_rate_are_all_there(tmp_path: Path):
     path = tmp_path / "a.mcap"
-    calls, _, dropped = _drive(path, 2.0)
+    _, _, dropped = _drive(path, 2.0)
     assert dropped == {}
     index = describe(path).index
     counts = {channel.topic: index.counts[channel.id] for channel in index.channels.values()}
     assert counts["/state"] == 200
     assert [counts[camera.topic] for camera in CAMERAS] == [20] * 5
-    assert _percentile(calls, 0.5) < 0.001
 
 
 @pytest.mark.slow

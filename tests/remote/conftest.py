@@ -1,4 +1,4 @@
-"""A store that speaks S3's protocol on loopback, with a bucket of its own for each test."""
+"""Stores on loopback that speak S3's and Google's protocols, with a bucket of its own for each test."""
 
 from __future__ import annotations
 
@@ -40,3 +40,28 @@ def bucket(s3_endpoint: str, monkeypatch: pytest.MonkeyPatch) -> str:
     name = f"runs-{next(_numbers)}"
     s3fs.S3FileSystem().mkdir(name)
     return f"s3://{name}"
+
+
+@pytest.fixture(scope="session")
+def google_endpoint() -> Iterator[str]:
+    """The address of a store that speaks Google's protocol."""
+    emulator = pytest.importorskip("gcp_storage_emulator.server")
+    pytest.importorskip("gcsfs")
+    server = emulator.create_server("127.0.0.1", 0, in_memory=True)
+    server.start()
+    try:
+        yield f"http://127.0.0.1:{server._api._httpd.server_port}"
+    finally:
+        server.stop()
+
+
+@pytest.fixture
+def google_bucket(google_endpoint: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The address of an empty bucket in it."""
+    import gcsfs
+
+    monkeypatch.setenv("STORAGE_EMULATOR_HOST", google_endpoint)
+    gcsfs.GCSFileSystem.clear_instance_cache()
+    name = f"runs-{next(_numbers)}"
+    gcsfs.GCSFileSystem(project="test").mkdir(name)
+    return f"gs://{name}"

@@ -80,7 +80,8 @@ def test_bounds_are_those_of_all_consistent_worlds(
 def test_the_recorded_run_is_reproduced_and_another_way_asks_for_what_nobody_saw(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     house = load_house(f"{shipped_houses()}:3")
-    trial = trial_for(TaskRequest(find="book"), house, strategy="conditioned-lios", estimator="counts", sees_m=2.5)
+    trial = trial_for(TaskRequest(find="book"), house, strategy="conditioned-lios", estimator="counts")
+    trial = replace(trial, sees_m=2.5)
     end = record_trial(trial, path)
     run = read(path, with_truth=True)
     assert verify(run).same
@@ -101,7 +102,8 @@ def test_the_recorded_run_is_reproduced_and_another_way_asks_for_what_nobody_saw
 def test_what_comes_into_view_on_a_move_is_undetermined_where_nobody_saw_it(tmp_path: Path) -> None:
     """A greedy robot passes tables that the recorded way did not: the run over the log alone stops there."""
     house = load_house(f"{shipped_houses()}:0")
-    trial = trial_for(TaskRequest(find="book"), house, strategy="conditioned-lios", estimator="counts", sees_m=2.5)
+    trial = trial_for(TaskRequest(find="book"), house, strategy="conditioned-lios", estimator="counts")
+    trial = replace(trial, sees_m=2.5)
     path = tmp_path / "run.mcap"
     record_trial(trial, path)
     ground = prepare_log(read(path), ReplaySettings(worlds=0))

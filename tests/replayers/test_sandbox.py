@@ -43,7 +43,7 @@ def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
     ],
 )
 def test_misbehaving_is_a_status_with_its_reason(tmp_path: Path, planner: str, reason: str) -> None:
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0, timeout_s=0.3 if "Hangs" in planner else 20.0))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0, timeout_s=0.3 if "Hangs" in planner else 120.0))
     made = replay_on(ground, planner, origin=NameOrigin.USER)
     assert made.status is RunStatus.PLANNER_FAILED
     assert reason in made.reason
@@ -58,7 +58,7 @@ def test_breaking_only_where_the_log_cannot_tell_is_told_and_nothing_claimed(
     tmp_path: Path, planner: str, reason: str
 ) -> None:
     """Over the log alone it stops at the bed, undetermined; beyond it no world gets a cost."""
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=20, timeout_s=0.5 if "Hangs" in planner else 20.0))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=20, timeout_s=1.0 if "Hangs" in planner else 120.0))
     made = replay_on(ground, f"misbehaving:{planner}", origin=NameOrigin.USER, worlds=("best", "worst", "drawn"))
     assert made.unseen == BED
     assert made.status is RunStatus.PLANNER_FAILED

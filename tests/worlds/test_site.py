@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
@@ -127,8 +128,9 @@ def test_measured_travel_costs_are_taken_as_they_are(tmp_path: Path) -> None:
     assert site.travel_source == "measured"
     assert site.travel.between(START, LocationId("table")) == 2.5
     assert site.paths.path(START, LocationId("table")) is not None
+    assert starting_at(site, site.plan.start) == site
     with pytest.raises(CannotStartThere):
-        starting_at(site, site.plan.start)
+        starting_at(site, replace(site.plan.start, x_m=site.plan.start.x_m + 0.1))
 
 
 def test_measured_travel_costs_from_a_csv_with_a_place_that_nobody_reaches(tmp_path: Path) -> None:

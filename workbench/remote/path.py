@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 from collections.abc import Generator, Iterator
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 ADDRESS = re.compile(r"([a-z][a-z0-9+.-]+)://(.*)", re.DOTALL)
 LOCAL = ("file", "local")
 WEB = ("http", "https")
+CHATTY = ("gcsfs",)
+"""Loggers that print warnings and tracebacks of what is retried, beside the error that is raised in the end."""
 PATTERN = re.compile(r"[*\[]")
 """What makes an address a pattern; a question mark begins the query of a web address."""
 
@@ -81,6 +84,8 @@ class RemotePath(type(Path())):
         with self._in_words():
             import fsspec
 
+            for name in CHATTY:
+                logging.getLogger(name).setLevel(logging.CRITICAL)
             return fsspec.filesystem(self.protocol)
 
     def details(self) -> dict[str, Any]:

@@ -68,6 +68,11 @@ def is_house_yaml(address: str) -> bool:
     return address.lower().endswith(SUFFIXES)
 
 
+def is_survey(data: bytes) -> bool:
+    """Whether a YAML file is the survey of a real place."""
+    return any(line.startswith(b"lios_site:") for line in data.splitlines())
+
+
 def load_house_yaml(path: Path) -> House:
     """The house of a file.
 
@@ -110,10 +115,9 @@ def _read(path: Path) -> _HouseEntry:
     if path.stat().st_size > MAX_BYTES:
         raise MalformedFile(path, f"larger than {MAX_BYTES} bytes", COMPARE)
     data = path.read_bytes()
-    if any(line.startswith(b"lios_site:") for line in data.splitlines()):
-        what = "a survey of a real place, which holds no contents"
+    if is_survey(data):
         raise MalformedFile(
-            path, what, "Give a house (lios new house), or simulate a robot there: lios spot simulate"
+            path, "a survey of a real place, and not a house", "lios record and lios spot simulate take it"
         )
     try:
         entry = msgspec.yaml.decode(data, type=_HouseEntry)

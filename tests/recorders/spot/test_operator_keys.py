@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -91,6 +90,11 @@ def terminal(*arguments: str, folder: Path, speed_up: float = 1.0) -> Iterator[t
                 pass
 
 
+def is_walking(spot: SimulatedSpot) -> bool:
+    with spot.state.alive() as state:
+        return state.body.walk is not None and state.body.walk.state == "walking"
+
+
 def test_a_note_is_typed_while_everything_is_recorded(tmp_path: Path) -> None:
     log = tmp_path / "s.mcap"
     with terminal("spot", "record", "-o", str(log), "--images-hz", "0", folder=tmp_path) as (window, _spot):
@@ -99,10 +103,12 @@ def test_a_note_is_typed_while_everything_is_recorded(tmp_path: Path) -> None:
         began_ns = time.time_ns()
         window.type("n")
         window.wait_for("Note (")
+        prompted_ns = time.time_ns()
         time.sleep(1.0)
         window.type("die Türx\x7f war q f d", every_s=0.1)
         window.type("\r")
         window.wait_for("Noted: die Tür war q f d")
+        noted_ns = time.time_ns()
         window.type("\x1b[A")  # an arrow key is no note and no end
         window.type("n")
         window.type("never mind")
@@ -114,7 +120,8 @@ def test_a_note_is_typed_while_everything_is_recorded(tmp_path: Path) -> None:
         assert window.result() == 0, window.shown
     noted = [msgspec.json.decode(data, type=Note) for *_, data in messages(log, "/session/note")]
     assert [note.text for note in noted] == ["die Tür war q f d", "mark"]
-    assert abs(noted[0].stamp.ns - began_ns) < 1e9, "a note is about the moment at which n was pressed"
+    at_ns = noted[0].stamp.ns
+    assert began_ns - 1e8 < at_ns < prompted_ns + 1e8, "a note is about the moment at which n was pressed"
     assert [(note.text, note.author) for note in notes_of(log)] == [
         ("die Tür war q f d", "operator"),
         ("mark", "operator"),
@@ -124,8 +131,7 @@ def test_a_note_is_typed_while_everything_is_recorded(tmp_path: Path) -> None:
     assert run.outcome.status == RunStatus.ABORTED
     assert run.outcome.reason == "the operator says that it failed"
     stamps = sorted(log_time for _, log_time, _, _ in messages(log, "/spot/robot_state"))
-    gaps = [(b - a) / 1e9 for a, b in pairwise(stamps)]
-    assert sum(gap > 0.5 for gap in gaps) <= 1, "typing holds nothing up"
+    assert sum(prompted_ns < at < noted_ns for at in stamps) >= 5, "typing holds nothing up"
 
 
 @pytest.mark.slow
@@ -172,13 +178,17 @@ def test_the_stop_key_stops_a_run_at_the_terminal(key: str, tmp_path: Path) -> N
     arguments = ["spot", "run", "-o", str(log), "--estimator", "counts", "--own-estop", "--images-hz", "0"]
     with terminal(*arguments, folder=tmp_path) as (window, spot):
         window.wait_for("Plan 1")
-        time.sleep(0.5)
-        pressed = time.monotonic()
+        until = time.monotonic() + 60
+        while not is_walking(spot):
+            assert time.monotonic() < until, window.shown
+            time.sleep(0.02)
         window.type(key)
         window.wait_for("stopped by key")
-        assert time.monotonic() - pressed < 3.0
         assert window.result() == 0, window.shown
         assert spot.state.leases.owner is None
+        walk = spot.state.body.walk
+        assert walk is not None
+        assert walk.state in ("stopped", "expired"), "on its way to the first container"
     assert re.search(r"aborted", window.shown)
 
 

@@ -45,7 +45,7 @@ def test_the_last_seconds_are_kept_and_written_at_the_end(tmp_path: Path) -> Non
             record_session(connection, plan, tmp_path / "s.mcap")
     assert report.files == (tmp_path / "s.mcap",)
     stamps = [log_time for _, log_time, _, _ in messages(tmp_path / "s.mcap", "/spot/robot_state")]
-    assert 1.0 < (max(stamps) - min(stamps)) / 1e9 < 1.8
+    assert 0.5 < (max(stamps) - min(stamps)) / 1e9 < 3.0
     assert len(stamps) < report.taken["state"]
     assert read(tmp_path / "s.mcap").complete
     assert not [f for f in examine(tmp_path / "s.mcap").findings if f.level == "error"]

@@ -278,7 +278,7 @@ def test_one_sense_in_trouble_is_no_gap(tmp_path: Path, monkeypatch: pytest.Monk
     assert report.failed["grid"] >= 3
     assert "grid" in report.troubles
     assert "NO grid" in report.in_words()
-    assert report.taken["state"] > 30
+    assert report.taken["state"] > 10
     assert not messages(tmp_path / "s.mcap", "/session/gap")
     said = b"".join(data for *_, data in messages(tmp_path / "s.mcap", "/log"))
     assert said.count(b"The robot gives no grid") == 1
@@ -307,7 +307,9 @@ def test_signals_stop_and_do_not_break_off(number: signal.Signals) -> None:
     before, stop = signal.getsignal(number), StopSwitch()
     with stop_on_signals(stop):
         os.kill(os.getpid(), number)
-        time.sleep(0.01)
+        until = time.monotonic() + 60
+        while not stop.is_pressed and time.monotonic() < until:
+            time.sleep(0.01)
     assert stop.is_pressed
     assert stop.reason.startswith("stopped")
     assert signal.getsignal(number) is before

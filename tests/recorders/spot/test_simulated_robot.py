@@ -43,9 +43,10 @@ def test_the_official_client_does_what_hello_spot_does(tmp_path: Path) -> None:
         with pytest.raises(InvalidLoginError):
             client.authenticate("user", "wrong")
         client.authenticate("user", "simulated")
-        client.time_sync.wait_for_sync(timeout_sec=5)
-        skew = client.time_sync.endpoint.clock_skew
-        assert skew.seconds + skew.nanos * 1e-9 == pytest.approx(-7.25, abs=0.005)
+        client.time_sync.wait_for_sync(timeout_sec=60)
+        skew, trip = client.time_sync.endpoint.clock_skew, client.time_sync.endpoint.round_trip_time
+        allowed_s = max(0.005, trip.seconds / 2 + trip.nanos * 0.5e-9)
+        assert skew.seconds + skew.nanos * 1e-9 == pytest.approx(-7.25, abs=allowed_s)
         assert {"lease", "graph-nav-service", "world-objects"} <= {service.name for service in client.list_services()}
         assert client.has_arm()
         assert not client.is_estopped(), "a robot without endpoints may report that nothing stops it"
@@ -55,10 +56,10 @@ def test_the_official_client_does_what_hello_spot_does(tmp_path: Path) -> None:
         with EstopKeepAlive(endpoint) as stop, LeaseKeepAlive(leases, must_acquire=True, return_at_exit=True):
             stop.allow()
             assert not client.is_estopped()
-            client.power_on(timeout_sec=20)
+            client.power_on(timeout_sec=60)
             assert client.is_powered_on()
-            blocking_stand(client.ensure_client("robot-command"), timeout_sec=10)
-            client.power_off(cut_immediately=False, timeout_sec=20)
+            blocking_stand(client.ensure_client("robot-command"), timeout_sec=60)
+            client.power_off(cut_immediately=False, timeout_sec=60)
             assert not client.is_powered_on()
             stop.shutdown()
         assert spot.state.leases.owner is None
@@ -220,7 +221,7 @@ def test_the_network_comes_back_on_the_same_port_with_the_same_tokens(tmp_path: 
         spot.drop(0.5)
         with pytest.raises(bosdyn.client.exceptions.RpcError):
             state.get_robot_state(timeout=0.3)
-        end = time.monotonic() + 8
+        end = time.monotonic() + 60
         while True:
             try:
                 state.get_robot_state(timeout=0.5)

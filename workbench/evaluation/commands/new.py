@@ -71,10 +71,12 @@ def site(
     Examples:
 
         lios new site our-lab && lios site check our-lab/site.yaml
+
+        lios record --house our-lab/site.yaml --find mug -o run.mcap
     """
     file = output / name / "site.yaml"
     _write_place("site.txt", name, file, force=force)
-    _say_next(file, f"lios site check {file}")
+    _say_next(file, f"lios site check {file}, and in simulation: lios record --house {file} --find mug -o run.mcap")
 
 
 def _write_place(template: str, name: str, file: Path, *, force: bool) -> None:

@@ -144,6 +144,8 @@ def starting_at(site: Site, start: Pose) -> Site:
     Raises:
         CannotStartThere: the site has only measured travel costs.
     """
+    if start == site.plan.start:
+        return site
     if site.grid is None or not isinstance(site.ways, SiteNavigation):
         raise CannotStartThere(site)
     plan = replace(site.plan, start=start)
