@@ -112,7 +112,7 @@ def test_sight_with_misses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
 def test_sight_in_a_site_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "x.mcap"
     site = "paper_home"
-    assert lios(["record", "--house", site, "--find", "mug", "--sees", "2", "-o", str(path)]) == 2
+    assert lios(["record", "--house", site, "--find", "cell phone", "--sees", "2", "-o", str(path)]) == 2
     assert "not for a surveyed site" in capsys.readouterr().err
     assert not path.exists()
 

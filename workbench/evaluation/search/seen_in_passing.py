@@ -10,8 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.beliefs.belief import Estimator
-from workbench.evaluation.search.trials import SearchTrial, empty_belief
+from workbench.evaluation.search.trials import Beliefs, SearchTrial, empty_belief
 from workbench.search.costs import ActionCosts
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import START, ContainerId, House, ItemType, LocationId
@@ -25,7 +24,7 @@ def search_with_sight(
     travel: TravelCosts,
     item_type: ItemType,
     searcher: SearchPolicy,
-    estimator: Estimator | None,
+    beliefs: Beliefs | None,
     *,
     costs: ActionCosts,
     ways: PassingWays,
@@ -33,16 +32,14 @@ def search_with_sight(
     """Run one search trial; the house holds a reachable instance.
 
     Args:
-        estimator: None for a policy without beliefs.
+        beliefs: None for a policy without beliefs.
         ways: of this house.
     """
     at_start = {s.container: house.contents[s.container] for s in ways.at_start()}
     knowledge = knowledge_at_start(house.plan, travel, at_start)
     cost, order, said = 0.0, list[ContainerId](), list[float]()
     while not knowledge.where(item_type) and knowledge.unsearched:
-        belief = (
-            empty_belief(item_type, knowledge) if estimator is None else estimator.believe(knowledge, (item_type,))
-        )
+        belief = empty_belief(item_type, knowledge) if beliefs is None else beliefs.about(item_type, knowledge)
         query = SearchQuery(
             item_type=item_type,
             origin=knowledge.robot_at,
@@ -58,7 +55,7 @@ def search_with_sight(
         metres, knowledge = _go(house, knowledge, LocationId(container), item_type, ways)
         cost += metres
         if knowledge.first_seen is before:
-            if estimator is not None:
+            if beliefs is not None:
                 said.append(float(belief.of(item_type)[belief.containers.index(container)]))
             knowledge = knowledge.seen(container, house.contents[container])
             cost += costs.search
