@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import final
 
 from markupsafe import Markup
@@ -42,6 +43,9 @@ class Embedded:
         self._page = capsule_page([timeline_of(run) for run in runs])
         self._height_px = height_px
 
+    def __repr__(self) -> str:
+        return f"<Embedded: a page of {len(self._page)} characters>"
+
     def _repr_html_(self) -> str:
         frame = Markup(
             '<iframe srcdoc="{}" sandbox="allow-scripts allow-downloads" title="LIOS run" loading="lazy"'
@@ -60,6 +64,4 @@ def show(runs: Sequence[Run], *, height_px: int = 640) -> None:
     shell = ipython.get_ipython() if ipython is not None else None
     if shell is None or not hasattr(shell, "kernel"):
         raise NoNotebook(runs[0])
-    from IPython.display import display
-
-    display(Embedded(runs, height_px=height_px))
+    import_module("IPython.display").display(Embedded(runs, height_px=height_px))

@@ -72,7 +72,7 @@ class Segment:
         steps, picks: how many actions and picks it takes.
         question: the look at which it stops; None at the end of the run.
         ended: how the run ended; None at an unobserved look.
-        leans: whether some decision in it depended on beliefs.
+        depends_on_beliefs: whether some decision in it depended on beliefs.
     """
 
     cost: float
@@ -102,7 +102,7 @@ class Node:
     steps: int = 0
     picks: int = 0
     cost: float = 0.0
-    stretch: Segment | None = None
+    segment: Segment | None = None
     children: dict[Answer, Node] = field(default_factory=dict)
 
 

@@ -65,7 +65,7 @@ class StateBounds:
             return low, inf, False
         if self._sees:
             return low, self.most.seeing(knowledge, walking=walking), self.least.certainly_possible(knowledge)
-        return low, self.most.going_straight(knowledge), self.least.certainly_possible(knowledge)
+        return low, self.most.direct_route_bound(knowledge), self.least.certainly_possible(knowledge)
 
     def _key(self, knowledge: Knowledge) -> tuple[Hashable, ...]:
         """Everything in a state that the two bounds depend on."""

@@ -59,13 +59,13 @@ class UpperBound:
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: Cache[tuple[tuple[int, ...], tuple[int, ...]], float] = Cache(MAX_CACHED_LEGS)
         self.fits_straight = _is_plain_delivery(self._goal) and not evidence.left
-        self.most_picks = max_instances(self._goal)
+        self.max_picks = max_instances(self._goal)
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
         """Whether a distinct reachable instance is known for every part that is left: no look is needed."""
         return self._all_known(self._unmet_parts(knowledge), knowledge)
 
-    def going_straight(self, knowledge: Knowledge) -> float:
+    def direct_route_bound(self, knowledge: Knowledge) -> float:
         """For strategies that go straight, from a state on: every look that is left, and every fetch.
 
         Such a run is a chain of legs: into a container to look, to an item to pick it, to a place to bring it. A leg
@@ -86,7 +86,7 @@ class UpperBound:
         if not starts:
             return 0.0
         among = self._metres[starts]
-        fetches = min(self.most_picks, len(parts))
+        fetches = min(self.max_picks, len(parts))
         stood = sorted({at for places in stand for at in places}.difference(looks))
         if stood and not self._empty_handed:
             among = np.vstack([among, *[self._metres[stood].max(axis=0)] * fetches])
@@ -111,7 +111,7 @@ class UpperBound:
         """For strategies that go straight with a robot that sees in passing, from a state on.
 
         Every move is one on which something comes into view, one that leads to a look, one that fetches or one that
-        delivers. A move on which nothing new comes into view is as in going_straight; of the others there are no
+        delivers. A move on which nothing new comes into view is as in direct_route_bound; of the others there are no
         more than containers that can be seen. Moves that stop on the way end no farther from anywhere than had they
         gone on, by the triangle inequality: each counts as a whole one, and none is longer than the longest way.
 
@@ -134,7 +134,7 @@ class UpperBound:
         unseen = [c for c in self._searchable if c not in knowledge.first_seen and c in self._index]
         in_view = [c for c in unseen if c in self._in_passing]
         looks = unseen if not self._all_known(left, knowledge) else in_view
-        fetches = min(self.most_picks, len(left))
+        fetches = min(self.max_picks, len(left))
         moves = len(looks) + 2 * fetches + walking
         return moves * longest + self._costs.search * len(looks) + 2 * fetches * self._costs.manipulation
 
