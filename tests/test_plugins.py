@@ -196,6 +196,7 @@ def stranger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Strang
     sys.modules.pop("stranger", None)
 
 
+@pytest.mark.ci_but(6)
 @pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_no_command_runs_what_a_log_names(
     command: str, stranger: Stranger, capsys: pytest.CaptureFixture[str]
@@ -254,6 +255,7 @@ READERS: dict[str, Callable[[Run], object]] = {
 }
 
 
+@pytest.mark.ci_but(5)
 @pytest.mark.parametrize("reader", sorted(READERS))
 def test_no_function_runs_what_a_log_names(reader: str, stranger: Stranger) -> None:
     refused = 0

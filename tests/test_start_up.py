@@ -21,6 +21,7 @@ RUN = "import sys; from workbench.cli import run; run(sys.argv[1:]); "
 TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
 
 
+@pytest.mark.ci_but(2)
 @pytest.mark.parametrize(
     ("command", "spared"),
     [
