@@ -206,6 +206,7 @@ def evidence_of(run: Run) -> Evidence:
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
     known = _known_at_start(run, contents)
     contents, corrections, corrected = with_corrections(contents, known, run)
+    oddities = (*corrected, *odd, *strange)
     return Evidence(
         path=str(run.path),
         sha256=run.sha256,
@@ -233,22 +234,22 @@ def evidence_of(run: Run) -> Evidence:
         memory=memory_from_settings(run.settings),
         asking=asking_from_settings(run.settings),
         answers=answers_in(run.answers),
-        passing=passing_ways(run.place.plan, run.place.travel, run.place.paths(), sight_from_settings(run.settings)),
+        passing=_passing(run),
         seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
-        notes=(
-            *_gap_notes(run, gaps, len(run.observations) - len(seen)),
-            *_imagined(imputed),
-            *corrected,
-            *odd,
-            *strange,
-        ),
+        notes=(*_gap_notes(run, gaps, len(run.observations) - len(seen)), *_imagined(imputed), *oddities),
     )
 
 
 def _known_at_start(run: Run, contents: Contents) -> Contents:
     at_start = {ContainerId(o.container) for o in run.observations if o.known_at_start}
     return MappingProxyType({c: contents[c] for c in sorted(at_start) if c in contents})
+
+
+def _passing(run: Run) -> PassingWays | None:
+    """The ways of a robot that sees in passing."""
+    place = run.place
+    return passing_ways(place.plan, place.travel, place.paths(), sight_from_settings(run.settings))
 
 
 def _is_certain(seen: Observation, gaps: Gaps) -> bool:
