@@ -149,10 +149,10 @@ def replays_html(replays: Iterable[StoredReplay], *, note: str = "") -> str:
     return html_table(counted(len(listed), "replay"), head, rows, note=note)
 
 
-def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
+def to_stored(prepared: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
     """A replay in the form in which it is stored."""
-    evidence = ground.evidence
-    outcome = ground.recorded
+    evidence = prepared.evidence
+    outcome = prepared.recorded
     bounds = made.bounds
     return StoredReplay(
         key=key,
@@ -161,13 +161,13 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         sha256=evidence.sha256,
         complete_log=evidence.complete,
         place=evidence.info.place,
-        place_sha256=ground.place_sha256,
+        place_sha256=prepared.place_sha256,
         scenario=evidence.info.scenario,
         source=evidence.info.source,
         recorded_strategy=evidence.info.strategy,
         recorded_status=outcome.status if outcome else "cut off",
         recorded_cost=outcome.cost if outcome else None,
-        reproduced=ground.reproduction.same,
+        reproduced=prepared.reproduction.same,
         strategy=made.strategy,
         status=made.status.value,
         reason=made.reason,
@@ -179,30 +179,34 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         support=dict(made.support),
         searches=made.searches,
         seconds=made.seconds,
-        seconds_rms=ground.durations.spread_s(made.events) if ground.is_fitted else None,
-        durations=ground.durations if ground.is_fitted else None,
+        seconds_rms=prepared.durations.spread_s(made.events) if prepared.is_fitted else None,
+        durations=prepared.durations if prepared.is_fitted else None,
         true_cost=made.true_cost,
         true_status=made.true_status,
         groups=bounds.groups if bounds else (),
         if_beliefs_stand=made.if_beliefs_stand.figures if made.if_beliefs_stand else None,
         drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
-        draws=ground.draws,
+        draws=prepared.draws,
         asked=made.asked,
-        steady_beliefs=ground.steady,
+        steady_beliefs=prepared.static_beliefs,
         steps=tuple(_step(e) for e in made.events if isinstance(e, ActionEnded)),
         notes=made.notes,
         lost=evidence.gaps.lost,
         imputed=evidence.imputed,
         misses=evidence.misses,
         may_have_missed=evidence.doubtful,
-        contradicting=ground.contradicting,
+        contradicting=prepared.contradicting,
         corrections=tuple(correction.words for correction in evidence.corrections),
     )
 
 
 def replay_key(sha256: str, strategy: str, settings: ReplaySettings) -> str:
-    """Hash of everything that a result depends on: the log's bytes, the strategy, the settings, the version."""
-    parts = (__version__, RECORD_VERSION, sha256, strategy, repr(settings))
+    """Hash of everything that a result depends on: the log's bytes, the strategy, the settings, the version.
+
+    Settings are hashed under the name that their budget had first, so that earlier replays stay valid.
+    """
+    as_hashed_before = repr(settings).replace("Budget(segments=", "Budget(stretches=")
+    parts = (__version__, RECORD_VERSION, sha256, strategy, as_hashed_before)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 

@@ -73,7 +73,7 @@ class GhostReport(msgspec.Struct, frozen=True, kw_only=True):
         opened: containers whose contents the log shows.
         decisions: decisions of the driven run.
         seconds: how long the round took, from reading the log on.
-        stretches: segments of the loop that one strategy's bounds might take.
+        segments: segments of the loop that one strategy's bounds might take.
         bounds: the driven strategy first, where it can be replayed, then the ghosts in their order.
         line: what they prove, as a sentence; empty where there is nothing to compare.
         note: what a reader should know; empty for nothing.
@@ -84,7 +84,7 @@ class GhostReport(msgspec.Struct, frozen=True, kw_only=True):
     opened: int = 0
     decisions: int = 0
     seconds: float = 0.0
-    stretches: int = 0
+    segments: int = 0
     bounds: tuple[GhostBounds, ...] = ()
     line: str = ""
     note: str = ""

@@ -23,7 +23,7 @@ CASES = {
 
 
 def agreed_cost(problem: Problem, other: FastDownward) -> None:
-    ours = solve(problem, most_nodes=PATIENT, polish_nodes=PATIENT).plan
+    ours = solve(problem, max_nodes=PATIENT, polish_nodes=PATIENT).plan
     theirs = other.solve(problem, budget_s=60).plan
     assert ours.status is theirs.status
     if ours.status is PlanStatus.SOLVED:

@@ -31,7 +31,7 @@ LOG = Path(__file__).parents[2] / "logs" / "breakfast.mcap"
 BOILED = Delivered(item_type=ItemType("Egg"), at=LocationId(DESK), properties=("boiled",))
 
 
-def bounded(folder: Path, goal: Goal, *, stretches: int) -> Bounds:
+def bounded(folder: Path, goal: Goal, *, segments: int) -> Bounds:
     evidence, planner = toy_evidence(folder, task_of(goal)), strategy("opt-greedy")
     tree = RunTree(
         evidence,
@@ -44,12 +44,12 @@ def bounded(folder: Path, goal: Goal, *, stretches: int) -> Bounds:
             empty_handed=looks_empty_handed(planner),
         ),
     )
-    return bounds_of(tree, budget=Budget(stretches=stretches, finish=stretches))
+    return bounds_of(tree, budget=Budget(segments=segments, finish=segments))
 
 
 @pytest.mark.parametrize("goal", [BOILED, AllOf(parts=(BOILED, delivered("Pencil", COUNTER)))])
 def test_a_cook_whose_worlds_were_not_all_followed_has_none(tmp_path: Path, goal: Goal) -> None:
-    early, whole = (bounded(tmp_path, goal, stretches=n) for n in (0, 100_000))
+    early, whole = (bounded(tmp_path, goal, segments=n) for n in (0, 100_000))
     assert early.upper == inf
     assert early.upper_proof is Proof.NONE
     assert not early.exact
@@ -61,10 +61,10 @@ def test_a_cook_whose_worlds_were_not_all_followed_has_none(tmp_path: Path, goal
 
 @pytest.fixture(scope="module")
 def kept() -> tuple[StoredReplay, ...]:
-    ground = prepare_log(read(LOG), ReplaySettings(worlds=20))
+    prepared = prepare_log(read(LOG), ReplaySettings(worlds=20))
     names = ("opt-greedy", "pes-greedy", "conditioned-lios")
-    made = [replay_on(ground, name) for name in names]
-    return tuple(to_stored(ground, m, key=replay_key("", m.strategy, ground.settings)) for m in made)
+    made = [replay_on(prepared, name) for name in names]
+    return tuple(to_stored(prepared, m, key=replay_key("", m.strategy, prepared.settings)) for m in made)
 
 
 def test_an_upper_bound_of_a_breakfast_is_near_what_was_found_or_is_none(kept: tuple[StoredReplay, ...]) -> None:

@@ -50,7 +50,7 @@ import replayers.batch.log_replayer
 import replayers.batch.replay_all as batch
 from replayers.counterfactual.prepared_log import ReplaySettings
 
-def replay_on(ground, name, origin, worlds):
+def replay_on(prepared, name, origin, worlds):
     import os
     (Path(sys.argv[2]) / str(os.getpid())).touch()
     time.sleep(600)

@@ -39,7 +39,7 @@ from workbench.worlds.shipped import shipped_houses
 
 MAX_SHARED_HOUSES = 100_000
 
-Watched = Callable[[Iterable[HouseResult]], Iterable[HouseResult]]
+Progress = Callable[[Iterable[HouseResult]], Iterable[HouseResult]]
 
 
 class NoTrials(Failed):
@@ -165,12 +165,12 @@ class SearchReport:
         return costs_of(self.trials)
 
 
-def measure(request: SearchRequest, *, believers: Believers | None = None, watched: Watched = iter) -> SearchReport:
+def measure(request: SearchRequest, *, believers: Believers | None = None, progress: Progress = iter) -> SearchReport:
     """Run every trial.
 
     Args:
         believers: weights by house, for a request with folds.
-        watched: wraps the results as they come, for a progress bar.
+        progress: wraps the results as they come, for a progress bar.
 
     Raises:
         NoTrials: there is no query.
@@ -179,7 +179,7 @@ def measure(request: SearchRequest, *, believers: Believers | None = None, watch
     experiment = replace(request.experiment(), believers=believers or Believers())
     began = time.perf_counter()
     results = list(
-        watched(
+        progress(
             run_experiment(
                 experiment,
                 request.chosen_houses(),

@@ -106,7 +106,7 @@ def search(
         miss_rate=miss_rate,
     )
     if memory or rates is not None:
-        from recorders.commands.memory_tables import show_searches
+        from recorders.commands.evaluate.memory_tables import show_searches
 
         if not memory or record or request.folds is not None or dry_run or miss_rate or workers > 1:
             given = "given for --rates, and without --record, --folds, --miss-rate, --workers and --dry-run"
@@ -125,10 +125,10 @@ def search(
         experiment.estimators(),
         request.dealt,
         folder,
-        watched=lambda them, total: progress(them, title="Training", total=total),
+        progress=lambda them, total: progress(them, title="Training", total=total),
         on=Workforce(workers, scheduler),
     ) as believers:
-        report = measure(request, believers=believers, watched=lambda results: progress(results, title="Searching"))
+        report = measure(request, believers=believers, progress=lambda results: progress(results, title="Searching"))
         answer = answer_of(report)
         if folder is not None:
             _write(report, answer, folder, figures=figures)
