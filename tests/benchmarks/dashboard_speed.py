@@ -7,7 +7,8 @@ turns, and medians are printed, with their ratio:
 
 - first picture: from opening the address until the panel is filled and the house is drawn, with three runs;
 - step: from the key of the next decision until the panel shows it and a frame was drawn;
-- frames a second while playing three and twenty runs;
+- frames a second while playing three and nineteen runs;
+- the processor seconds of server and browser for each of these, which hardly depend on what else the machine does;
 - memory of the server after one minute of playing at 16 times the speed and after three, and how much it grew.
 """
 
@@ -77,6 +78,19 @@ def served(build: Path, logs: list[Path]) -> Iterator[tuple[str, psutil.Process]
             process.terminate()
 
 
+def spent(server: psutil.Process) -> float:
+    """Processor seconds of a server and of the browser so far."""
+    total = 0.0
+    for process in (server, *psutil.Process().children(recursive=True)):
+        try:
+            if process == server or "chrom" in process.name().lower():
+                used = process.cpu_times()
+                total += used.user + used.system
+        except psutil.NoSuchProcess:
+            continue
+    return total
+
+
 def drawn(page: Page) -> bool:
     """Whether the house is in the picture: an empty page has few colours."""
     picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
@@ -117,21 +131,25 @@ def frame_rate(page: Page) -> float:
 def measured(browser: Browser, build: Path, logs: list[Path], many: list[Path]) -> dict[str, float]:
     """One turn of a build."""
     found: dict[str, float] = {}
-    with served(build, logs) as (address, _):
+    with served(build, logs) as (address, server):
+        before = spent(server)
         page, found["first picture s"] = opened(browser, address)
-        page.wait_for_timeout(1500)
+        found["first picture, processor s"] = spent(server) - before
+        page.wait_for_timeout(3000)
         page.keyboard.press("Home")
+        page.wait_for_timeout(1000)
+        before = spent(server)
         steps = [step_ms(page) for _ in range(STEPS // 2)]
         page.keyboard.press("Home")
-        page.wait_for_timeout(500)
         steps += [step_ms(page) for _ in range(STEPS // 2)]
         found["step ms"] = median(steps)
+        found["step, processor ms"] = 1000 * (spent(server) - before) / STEPS
         found["frames/s of 3"] = frame_rate(page)
         page.close()
     with served(build, many) as (address, _):
-        page, found["first picture of 20 s"] = opened(browser, address)
+        page, found["first picture of 19 s"] = opened(browser, address)
         page.wait_for_timeout(1500)
-        found["frames/s of 20"] = frame_rate(page)
+        found["frames/s of 19"] = frame_rate(page)
         page.close()
     return found
 
@@ -160,17 +178,19 @@ def main() -> None:
     builds = {"this": ROOT} | ({"baseline": Path(baseline).resolve()} if baseline else {})
     logs = [ROOT / "logs" / f"{name}.mcap" for name in THREE]
     many = [path for path in sorted((ROOT / "logs").glob("*.mcap")) if path.stem.startswith("spot-home")][:16]
-    many = [*logs, *many][:20]
+    many = [*logs, *many]
     turns: dict[str, list[dict[str, float]]] = {name: [] for name in builds}
     with chromium() as browser:
-        for _ in range(REPEATS):
-            for name, build in builds.items():
+        with served(ROOT, logs) as (address, _):
+            opened(browser, address)[0].close()  # the browser's first page takes longer than any other
+        for turn in range(REPEATS):
+            for name, build in list(builds.items())[:: -1 if turn % 2 else 1]:
                 turns[name].append(measured(browser, build, logs, many))
         memory = {name: memory_mb(browser, build, logs) for name, build in builds.items() if MINUTE_S}
     for figure in turns["this"][0]:
         values = {name: median(turn[figure] for turn in made) for name, made in turns.items()}
         ratio = f"  ratio {values['this'] / values['baseline']:.2f}" if "baseline" in values else ""
-        print(f"{figure:24}" + "  ".join(f"{name} {value:8.2f}" for name, value in values.items()) + ratio)
+        print(f"{figure:28}" + "  ".join(f"{name} {value:8.2f}" for name, value in values.items()) + ratio)
     for name, (first, second) in memory.items():
         print(f"memory of {name}: {first:.0f} MB after a minute, {second:.0f} MB after three")
 
