@@ -383,7 +383,7 @@ def _begins_as(tree: RunTree, alone: RunEnded) -> bool:
     """Whether a tree's run goes, up to the first open container, where another run over the log went."""
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None
-    look = tree.evidence.costs.search if again.question else 0.0
+    look = tree.evidence.costs.search if again.question and again.question.walk is None else 0.0
     return unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR_COST
 
 
