@@ -16,6 +16,7 @@ import numpy as np
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Failed, OutputExists
 from workbench.evaluation.beliefs.fold_weights import Believers, Folds, FoldSplit, make_folds, require_trainable
+from workbench.evaluation.resumed import KeptResults
 from workbench.evaluation.search.calibration import look_calibration
 from workbench.evaluation.search.experiment import (
     Experiment,
@@ -38,6 +39,8 @@ from workbench.worlds.procthor.load import iter_houses
 from workbench.worlds.shipped import shipped_houses
 
 MAX_SHARED_HOUSES = 100_000
+KEPT_FILE = "houses.jsonl"
+"""Results of an evaluation that is not complete, a house a line."""
 
 Watched = Callable[[Iterable[HouseResult]], Iterable[HouseResult]]
 
@@ -165,12 +168,19 @@ class SearchReport:
         return costs_of(self.trials)
 
 
-def measure(request: SearchRequest, *, believers: Believers | None = None, watched: Watched = iter) -> SearchReport:
+def measure(
+    request: SearchRequest,
+    *,
+    believers: Believers | None = None,
+    watched: Watched = iter,
+    kept: KeptResults[HouseResult] | None = None,
+) -> SearchReport:
     """Run every trial.
 
     Args:
         believers: weights by house, for a request with folds.
         watched: wraps the results as they come, for a progress bar.
+        kept: results of the same evaluation, stopped before.
 
     Raises:
         NoTrials: there is no query.
@@ -186,6 +196,7 @@ def measure(request: SearchRequest, *, believers: Believers | None = None, watch
                 asked=request.asked(),
                 workers=request.workers,
                 scheduler=request.scheduler,
+                kept=kept,
             )
         )
     )
@@ -241,6 +252,18 @@ def output_folder(path: Path, *, force: bool) -> Path:
         raise OutputExists(path / "search.json")
     path.mkdir(parents=True, exist_ok=True)
     return path
+
+
+def kept_houses(folder: Path, *, force: bool) -> KeptResults[HouseResult]:
+    """The results that a stopped evaluation left in its folder; with force, none.
+
+    Raises:
+        EvaluationInProgress: another process writes there.
+    """
+    path = folder / KEPT_FILE
+    if force:
+        path.unlink(missing_ok=True)
+    return KeptResults(path, HouseResult)
 
 
 def write_report(report: SearchReport, answer: dict[str, Any], folder: Path) -> list[Path]:
