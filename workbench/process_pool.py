@@ -74,11 +74,16 @@ def _children() -> frozenset[BaseProcess]:
     return frozenset(active_children())
 
 
-def _init_worker(initializer: Callable[[], None] | None) -> None:
-    """Runs in a worker: leaves Ctrl-C to the parent, which ends the worker, and exits when the parent is gone."""
+def end_with_parent() -> None:
+    """Runs in a child process: leaves Ctrl-C to the parent, which ends the child, and exits when the parent is
+    gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_exit_with_parent, daemon=True).start()
+
+
+def _init_worker(initializer: Callable[[], None] | None) -> None:
+    end_with_parent()
     if initializer is not None:
         initializer()
 

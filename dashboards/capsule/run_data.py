@@ -12,6 +12,8 @@ import numpy as np
 
 from dashboards.model.clock import Clock
 from dashboards.model.containers.container_style import bar_heights_m, container_colours
+from dashboards.model.containers.item_marks import item_marks
+from dashboards.model.containers.seen_items import items_seen
 from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.scene import STATUSES, Scene, scene_at
 from dashboards.model.timeline import NEVER, Timeline
@@ -19,7 +21,7 @@ from dashboards.palette import Colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
-from dashboards.panels.now import legend, now
+from dashboards.panels.now import RunSigns, legend, now
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from workbench.planning.tasks import goal_types
@@ -58,24 +60,26 @@ def items_of(timeline: Timeline) -> tuple[str, ...]:
 
 
 def run_data(
-    timeline: Timeline, name: str, colour: Colour, texts: Texts, *, panels: bool, unopened: bool = False
+    timeline: Timeline, name: str, colour: Colour, texts: Texts, *, signs: RunSigns | None = None
 ) -> dict[str, Any]:
     """A run for the page. A frame has one look for the item that the plan finds, and one for each that can be chosen.
 
     Args:
         texts: stores the markup of the panels.
-        panels: whether this run's panels are wanted: only for the run in focus.
-        unopened: whether to mark containers that no run opened.
+        signs: what the legend needs for the runs shown together; given for the run in focus, the only one whose
+            panels and marks the page has.
     """
     palettes, heights, marks, orders, ways = Texts(), Texts(), Texts(), Texts(), Texts()
-    items = items_of(timeline) if panels else ()
+    balls, item_names = Texts(), Texts()
+    items = items_of(timeline) if signs is not None else ()
     stamps = frame_stamps(timeline)
     frames: list[dict[str, Any]] = []
     for stamp in stamps:
         scene = scene_at(timeline, stamp)
         frame: dict[str, Any] = {"walked": round(scene.travel_m, 4), "ahead": ways.put(_points(scene.ahead))}
-        if panels:
+        if signs is not None:
             focused = [scene, *(scene_at(timeline, stamp, focus=item) for item in items)]
+            seen = [_items(timeline, s) for s in focused]
             frame |= {
                 "looks": [
                     [
@@ -83,17 +87,35 @@ def run_data(
                         heights.put(np.round(bar_heights_m(s), 3).tolist()),
                         marks.put(_marks(s)),
                         texts.put(beliefs(s, timeline)),
-                        texts.put(legend(s, unopened=unopened, ended=timeline.ends_unseen)),
+                        texts.put(legend(s, items=True, **signs)),
+                        item_names.put(names),
                     ]
-                    for s in focused
+                    for s, (_, names) in zip(focused, seen, strict=True)
                 ],
+                "items": balls.put(seen[0][0]),
                 "order": orders.put(_order(scene, timeline)),
                 "html": {key: texts.put(html) for key, html in _panels(scene, timeline).items()},
             }
         frames.append(frame)
-    return {
+    return _motion(timeline) | {
         "name": name,
         "colour": list(colour),
+        "frameS": [round(timeline.seconds(s), 6) for s in stamps],
+        "frames": frames,
+        "items": [readable_name(item) for item in items],
+        "palettes": palettes.all,
+        "heights": heights.all,
+        "marks": marks.all,
+        "orders": orders.all,
+        "ways": ways.all,
+        "balls": balls.all,
+        "itemNames": item_names.all,
+    }
+
+
+def _motion(timeline: Timeline) -> dict[str, Any]:
+    """What the page interpolates between frames, and the stamps that it steps to, in seconds."""
+    return {
         "duration": round(timeline.duration_s, 6),
         "wayS": _list(timeline.way_s, 4),
         "wayX": _list(timeline.way_xy[:, 0]),
@@ -105,14 +127,8 @@ def run_data(
         "cost": _list(timeline.cost),
         "decisions": [round(timeline.seconds(s), 6) for s in timeline.decision_ns],
         "actions": [round(timeline.seconds(s), 6) for s in timeline.action_ns],
-        "frameS": [round(timeline.seconds(s), 6) for s in stamps],
-        "frames": frames,
-        "items": [readable_name(item) for item in items],
-        "palettes": palettes.all,
-        "heights": heights.all,
-        "marks": marks.all,
-        "orders": orders.all,
-        "ways": ways.all,
+        "searchS": sorted(round(timeline.seconds(int(s)), 6) for s in timeline.searched_ns if s != NEVER),
+        "stop": _stop(timeline),
     }
 
 
@@ -156,8 +172,24 @@ def _marks(scene: Scene) -> dict[str, list[int]]:
     return {
         "cross": np.flatnonzero(searched & ~scene.holds_focus).tolist(),
         "tick": np.flatnonzero(found).tolist(),
-        "question": np.flatnonzero(scene.unseen).tolist(),
     }
+
+
+def _items(timeline: Timeline, scene: Scene) -> tuple[list[list[float]], list[list[Any]]]:
+    """The items seen by a moment: balls as [x, y, z, diameter, 1 for one of the goal], names as [words, x, y, z]."""
+    seen = items_seen(timeline, scene.stamp_ns)
+    made = item_marks(timeline.plan, seen, named=(), focus=scene.focus)
+    table = np.column_stack([made.centre, made.size_m, made.wanted])
+    return np.round(table, 3).tolist(), [[words, *np.round(at, 3).tolist()] for words, at in made.names]
+
+
+def _stop(timeline: Timeline) -> list[float] | None:
+    """When a replay had to end, in seconds, and at which container that nobody opened; None for other runs."""
+    unseen = np.flatnonzero(scene_at(timeline, timeline.end_ns).unseen)
+    outcome = timeline.run.outcome
+    if outcome is None or not len(unseen):
+        return None
+    return [round(timeline.seconds(outcome.stamp.ns), 6), int(unseen[0])]
 
 
 def _order(scene: Scene, timeline: Timeline) -> list[int]:

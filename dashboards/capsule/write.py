@@ -20,6 +20,7 @@ import msgspec
 import numpy as np
 
 from dashboards.capsule.run_data import Texts, run_data, still_panels
+from dashboards.geometry.goal_places import goal_frames
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.geometry.marks import Mesh, cross, robot_body, robot_legs, tick, unopened_marker, unseen_marker
 from dashboards.geometry.occupancy import occupancy_mesh
@@ -30,9 +31,9 @@ from dashboards.model.containers.unopened import unopened
 from dashboards.model.labels import label
 from dashboards.model.run_names import run_names
 from dashboards.model.timeline import Timeline
-from dashboards.palette import OCCUPIED, run_colour
+from dashboards.palette import GOAL, ITEM, OCCUPIED, UNOPENED, UNSEEN, run_colour
 from dashboards.panels.markup import html, text
-from dashboards.panels.now import title
+from dashboards.panels.now import run_signs, title
 from dashboards.panels.strip import strip
 from dashboards.resources import resource
 from workbench.errors import BadValue, OutputExists
@@ -105,9 +106,9 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
     names = run_names([t.run for t in timelines])
     clock = Clock(timelines=timelines)
     texts = Texts()
-    closed = unopened(timelines)
+    closed, signs = unopened(timelines), run_signs(timelines)
     runs = [
-        run_data(t, label(names[i]), run_colour(i), texts, panels=i == 0, unopened=bool(closed.any()))
+        run_data(t, label(names[i]), run_colour(i), texts, signs=signs if i == 0 else None)
         for i, t in enumerate(timelines)
     ]
     return {
@@ -118,6 +119,7 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
         "house": _house(first),
         "unopened": np.flatnonzero(closed).tolist(),
         "meshes": _meshes(),
+        "colours": {"goal": GOAL, "item": ITEM, "unopened": UNOPENED, "unseen": UNSEEN},
         "runs": runs,
         "still": still_panels(clock, names),
         "strips": {
@@ -140,6 +142,9 @@ def _house(timeline: Timeline) -> dict[str, Any]:
         ]
         + _occupied(timeline),
         "rooms": [{"name": label(readable_name(f.kind)), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
+        "goals": [
+            _mesh(frame) | {"colour": list(GOAL)} for frame in goal_frames(timeline.run.place, timeline.run.task)
+        ],
         "furniture": [_batch(b) for b in shape.furniture],
         "cut": [_batch(b) for b in shape.cut_walls],
         "whole": [_batch(b) for b in (*shape.whole_walls, *shape.hung)],
@@ -185,7 +190,11 @@ def _meshes() -> dict[str, Any]:
         "robotBody": robot_body(),
         "robotLegs": robot_legs(),
     }
-    return {name: {"vertices": _rounded(v), "faces": f.ravel().tolist()} for name, (v, f) in made.items()}
+    return {name: _mesh(mesh) for name, mesh in made.items()}
+
+
+def _mesh(mesh: Mesh) -> dict[str, Any]:
+    return {"vertices": _rounded(mesh[0]), "faces": mesh[1].ravel().tolist()}
 
 
 def _rounded(values: np.ndarray, digits: int = 3) -> list[float]:

@@ -18,6 +18,10 @@ def view(
     ] = "127.0.0.1",
     at: Annotated[float, Option(help="Seconds after the start at which to begin.")] = 0.0,
     follow: Annotated[bool, Option("--follow", help="Show a run while it is being recorded.")] = False,
+    ghosts: Annotated[
+        str,
+        Option(help="With --follow: strategies to replay beside the run, with commas between them."),
+    ] = "",
     memory: Annotated[
         bool, Option("--memory", help="Also show where each item was seen over days, in logs of one place.")
     ] = False,
@@ -41,9 +45,13 @@ def view(
         lios view logs/ --memory
 
         lios view --follow run.mcap
+
+        lios view --follow run.mcap --ghosts model-lios,pes-greedy
     """
     from dashboards.viser_app.serving import show_until_stopped
 
-    lost = show_until_stopped(logs, host=host, port=port, at=at, follow=follow, token=not no_token, memory=memory)
+    lost = show_until_stopped(
+        logs, host=host, port=port, at=at, follow=follow, token=not no_token, memory=memory, ghosts=ghosts
+    )
     if lost:
         raise click.exceptions.Exit(3)

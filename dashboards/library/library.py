@@ -14,7 +14,9 @@ from dashboards.model.replay_bounds import stored_beside
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
 from dashboards.sensing.senses import RobotSensors, sensors_of
+from replayers.live.ghost_bounds import GhostReport
 from replayers.log_tools.notes import Note, notes_of
+from replayers.runs.growing_log import GrowingLog
 from workbench.beliefs.memory.history import History
 from workbench.caches import Cache
 from workbench.errors import FileMissing, LiosError, NotFound
@@ -65,6 +67,10 @@ class Library:
         self.unreadable: list[str] = []
         self.history: History | None = None
         """What the logs remember of their place, where that was asked for."""
+        self.ghosts: GhostReport | None = None
+        """What the replays beside a run that is being recorded say; None where there are none."""
+        self._growing: dict[int, GrowingLog] = {}
+        self._awaited: frozenset[int] = frozenset()
 
     def timeline(self, index: int) -> Timeline:
         """The timeline of the index-th log.
@@ -74,7 +80,21 @@ class Library:
             LiosError: the log cannot be read.
         """
         with self._lock:
-            return self._timelines.get(index, lambda: self._timeline(self.paths[index]))
+            return self._timelines.get(index, lambda: self._timeline(index))
+
+    def await_logs(self, paths: Sequence[Path]) -> tuple[int, ...]:
+        """Adds logs that do not exist yet; their indices."""
+        first = len(self.paths)
+        self.paths = (*self.paths, *paths)
+        added = tuple(range(first, len(self.paths)))
+        self._awaited = self._awaited | frozenset(added)
+        return added
+
+    def awaits(self, index: int) -> bool:
+        """Whether a log that was added before it existed is still not there."""
+        if index in self._awaited and self.paths[index].exists():
+            self._awaited, self._rows = self._awaited - {index}, None
+        return index in self._awaited
 
     def senses(self, index: int) -> RobotSensors | None:
         """The sensors of the index-th log; None for a log without sensors, or one that cannot be read."""
@@ -115,8 +135,14 @@ class Library:
         if self._rows is None:
             self._rows = trial_rows(self.trials, self.paths) if self.trials else []
             if not self.trials:
-                self._rows, self.unreadable = log_rows(self.paths, folder=self.folder)
+                there = tuple(path for i, path in enumerate(self.paths) if not self.awaits(i))
+                self._rows, self.unreadable = log_rows(there, folder=self.folder)
         return self._rows
+
+    def take_up(self, index: int) -> Timeline:
+        """The timeline of a run that is being recorded, with what was added to its log since the last time."""
+        self._growing.setdefault(index, GrowingLog(self.paths[index]))
+        return self.reread(index)
 
     def reread(self, index: int) -> Timeline:
         """The timeline of a run, read again from its log as it now is."""
@@ -133,10 +159,12 @@ class Library:
         with self._lock:
             return self._shapes.get(plan, lambda: house_shape(plan))
 
-    def _timeline(self, path: Path) -> Timeline:
+    def _timeline(self, index: int) -> Timeline:
         from replayers.runs.run import read
 
-        return timeline_of(read(path), counterfactual=stored_beside(path))
+        path = self.paths[index]
+        added = self._growing[index].read() if index in self._growing else None
+        return timeline_of(added or read(path), counterfactual=stored_beside(path))
 
     def _sensors(self, index: int) -> RobotSensors | None:
         began = time.monotonic()

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
+from dashboards.model.replay_bounds import stored_beside
 from dashboards.panels.runs import RunRow
 from workbench.errors import LiosError, MalformedFile, NotFound
 from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, read_rows
@@ -112,9 +113,16 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
                 cost=row.cost,
                 searches=row.searches,
                 estimator=row.estimator,
+                bounds=_bounds(logs[index]) if row.source == "replay" and row.cost is None else None,
             )
         )
     return rows, problems
+
+
+def _bounds(replay: Path) -> tuple[float, float] | None:
+    """The bounds of a replay's cost that are stored beside it, where both are proven."""
+    kept = stored_beside(replay)
+    return (kept.lower, kept.upper) if kept and kept.lower is not None and kept.upper is not None else None
 
 
 def _file_name(log: Path, folder: Path | None) -> str:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import msgspec
 
+from replayers.batch.breakdown import fewest_misses
 from replayers.batch.replays import Replays
-from replayers.batch.store import StoredReplay, replays_in
+from replayers.batch.store import replays_in
 from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.selection.campaign_logs import GroupBy, TrialGroup, trial_groups
 from replayers.selection.verdict import SelectionSettings, SelectionVerdict, history
@@ -38,7 +39,7 @@ def selection_in(folder: Path) -> FolderSelection:
         for record in replays_in(folder, on_skipped=lambda error: skipped.append(str(error)))
         if Path(record.log).name in logs
     ]
-    kept = _one_each(found)
+    kept = fewest_misses(found)  # a folder may keep the replays of several calls
     names = tuple(dict.fromkeys(record.strategy for record in kept))
     if len(names) < 2:
         return FolderSelection(left_out=tuple(skipped))
@@ -50,8 +51,3 @@ def selection_in(folder: Path) -> FolderSelection:
         left_out=(*grouped.left_out, *skipped),
         alpha=settings.alpha,
     )
-
-
-def _one_each(records: list[StoredReplay]) -> tuple[StoredReplay, ...]:
-    """One replay for each log and strategy: a folder may keep those of several calls."""
-    return tuple({(record.sha256, record.strategy): record for record in records}.values())

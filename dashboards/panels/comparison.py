@@ -14,6 +14,12 @@ from workbench.worlds.names import readable_name
 
 MAX_BELIEVED = 4
 MAX_RUN_CHARS = 28
+HEAD = ("run", "cost now", "walked m", "looks", "at the end")
+HINTS = {
+    "cost now": "Spent by the moment shown, in the paper's unit: one metre walked costs 1",
+    "looks": "Containers searched by the moment shown",
+    "at the end": "The charged cost and how the run ends; bounds and estimate where the log cannot settle a replay's",
+}
 
 
 def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown: int = 0) -> Markup:
@@ -24,22 +30,15 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown
     """
     rows = [
         [
-            html(
-                "{}{}<br><small>{}</small>",
-                dot(run_colour(i)),
-                name(names[i], most=MAX_RUN_CHARS),
-                name(timeline.status),
-            ),
-            number(scene.cost),
-            _final(timeline),
-            number(scene.travel_m),
-            str(scene.searches),
+            dot(run_colour(i)) + name(names[i], most=MAX_RUN_CHARS),
+            _live(number(scene.cost), "cost", i),
+            _live(number(scene.travel_m), "metres", i),
+            _live(str(scene.searches), "looks", i),
+            html("{}<br><small>{}</small>", _final(timeline), name(timeline.status)),
         ]
         for i, (timeline, scene) in enumerate(zip(clock.timelines, scenes, strict=True))
     ]
-    head = ("run", "cost now", "in all", "walked m", "looks")
-    kinds = ("w", "n", "n", "n", "n")
-    made = table(head, rows, key="comparison", classes=kinds)
+    made = table(HEAD, rows, key="comparison", classes=("", "n", "n", "n", "n"), hints=HINTS)
     parts = [html('<div class="lp">{}{}', _warning(clock), made)]
     if not_shown:
         parts.append(
@@ -50,6 +49,11 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown
     if len(clock.timelines) == 1:
         parts.append(Markup('<p class="muted">Overlay more runs in the Runs tab to compare them.</p>'))
     return Markup("").join(parts) + Markup("</div>")
+
+
+def _live(value: str, what: str, run: int) -> Markup:
+    """A value of a run at the moment shown, which the offline page replaces while it plays."""
+    return html('<span data-live="{}" data-run="{}">{}</span>', what, run, value)
 
 
 def _warning(clock: Clock) -> Markup:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TypedDict
+
 from markupsafe import Markup
 
+from dashboards.model.containers.unopened import unopened as never_opened
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
 from dashboards.palette import FAILED, FOUND, GOAL, ITEM, KNOWN, PHASES, SEARCHED, css
@@ -88,8 +92,32 @@ def _failure_note(scene: Scene) -> Markup:
     return html('<p class="warn">Ended because: {}.{}</p>', name(scene.why_ended, most=MAX_TASK_CHARS), cost)
 
 
+class RunSigns(TypedDict):
+    """Which signs of the legend runs shown together need at some moment."""
+
+    unopened: bool
+    ended: bool
+    assumed: bool
+    ghosts: bool
+
+
+def run_signs(timelines: Sequence[Timeline]) -> RunSigns:
+    return RunSigns(
+        unopened=bool(never_opened(timelines).any()),
+        ended=any(t.ends_unseen for t in timelines),
+        assumed=any(bool(t.imputed.any()) for t in timelines),
+        ghosts=len(timelines) > 1,
+    )
+
+
 def legend(
-    scene: Scene, *, unopened: bool = False, ended: bool = False, items: bool = False, assumed: bool = False
+    scene: Scene,
+    *,
+    unopened: bool = False,
+    ended: bool = False,
+    items: bool = False,
+    assumed: bool = False,
+    ghosts: bool = False,
 ) -> Markup:
     """What the colours and marks of runs mean, with the scale's ends. The same at every moment, so that the layout is
     stable.
@@ -97,7 +125,7 @@ def legend(
     Args:
         unopened: containers that no run opened are marked. ended: one is marked where a replay had to end.
         items: the items that were seen are marked, and the places of the goal framed.
-        assumed: parts of a path were assumed by a replay.
+        assumed: parts of a path were assumed by a replay. ghosts: other runs are drawn, paler.
     """
     stops = Markup(", ").join(css(belief_colours(i / 8)) for i in range(9))
     of = html("belief in {}", readable_name(scene.focus)) if scene.focus else "no beliefs"
@@ -114,6 +142,7 @@ def legend(
     )
     marks += _line("whole", "walked") + _line("dashed", "planned")
     marks += _line("short", "assumed by a replay") if assumed else ""
+    marks += Markup("<span>paler robot: another run</span>") if ghosts else ""
     marks += Markup("<span>? nobody opened it</span>") if unopened else ""
     marks += Markup("<span>◆ here a replay had to end</span>") if ended else ""
     marks += Markup("<span>1, 2, 3 order of search</span>") if scene.decisions else ""

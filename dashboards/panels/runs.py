@@ -16,7 +16,12 @@ from dashboards.panels.markup import breakable, command, html, name, number, tab
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRow:
-    """One log in the table."""
+    """One log in the table.
+
+    Attributes:
+        cost: None where it is not known. bounds: the least and the greatest cost of a replay that its log cannot
+            settle, in the unit of cost; None where they were not proven, or the cost is known.
+    """
 
     index: int
     file: str
@@ -29,6 +34,7 @@ class RunRow:
     cost: float | None
     searches: int | None
     estimator: str = ""
+    bounds: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,20 +53,25 @@ class RunsOrder:
 
 
 PAGE_ROWS = 200
+MAX_SCENARIO_CHARS = 24
 MAX_PROBLEMS, MAX_PROBLEM_CHARS = 20, 300
 """Logs left out that are named, and characters of each reason."""
 COLUMNS: Mapping[str, Callable[[RunRow], str | float | None]] = MappingProxyType(
     {
-        "place": lambda row: row.place,
-        "scenario": lambda row: row.scenario,
         "strategy": lambda row: row.strategy,
+        "cost": lambda row: row.cost,
+        "outcome": lambda row: row.outcome,
+        "looks": lambda row: row.searches,
+        "scenario": lambda row: row.scenario,
+        "place": lambda row: row.place,
         "seed": lambda row: row.seed,
         "file": lambda row: row.file,
-        "outcome": lambda row: row.outcome,
-        "cost": lambda row: row.cost,
-        "looks": lambda row: row.searches,
     }
 )
+"""What rows can be ordered by. All but BELOW are columns: those first by which runs are compared."""
+BELOW = ("place", "seed", "file")
+"""What stands in small type below the strategy, so that the table need not be wider than its panel."""
+HINTS = {"cost": "The charged cost; the bounds of a replay whose cost its log cannot settle", "looks": "Searches"}
 GROUPS: Mapping[str, Callable[[RunRow], str]] = MappingProxyType(
     {
         "place": lambda row: row.place,
@@ -73,7 +84,7 @@ GROUPS: Mapping[str, Callable[[RunRow], str]] = MappingProxyType(
     }
 )
 """What rows can be grouped by, and what "scenario=breakfast" in the filter compares."""
-KINDS = ("", "", "", "", "n", "", "", "n", "n")
+KINDS = ("", "", "n", "", "n", "")
 
 
 def runs(rows: Sequence[RunRow], shown: tuple[int, ...], *, total: int, order: RunsOrder | None = None) -> Markup:
@@ -85,17 +96,28 @@ def runs(rows: Sequence[RunRow], shown: tuple[int, ...], *, total: int, order: R
     page = min(order.page, (len(arranged) - 1) // PAGE_ROWS)
     first = page * PAGE_ROWS
     here = arranged[first : first + PAGE_ROWS]
-    titles = {title: title + _arrow(title, order) for title in COLUMNS}
+    titles = {title: title + _arrow(title, order) for title in COLUMNS if title not in BELOW}
     commands = {shown_as: f"order {title}" for title, shown_as in titles.items()}
+    hints = {shown_as: HINTS[title] for title, shown_as in titles.items() if title in HINTS}
     made = table(
         ("", *titles.values()),
         [_cells(row, shown) for row in here],
         key="runs",
         classes=KINDS,
+        hints=hints,
         commands=commands,
         headings=_headings(arranged, here, order.group),
     )
-    count = html('<p class="muted">{} of {} runs. A name opens a run; + overlays it.</p>', len(rows), total)
+    below = Markup(", ").join(
+        html('<span class="seek" {}>{}</span>', command(f"order {title}"), title + _arrow(title, order))
+        for title in BELOW
+    )
+    count = html(
+        '<p class="muted">{} of {} runs. A name opens a run; + overlays it. Order also by {}.</p>',
+        len(rows),
+        total,
+        below,
+    )
     pages = _pages(page, len(arranged))
     return html('<div class="lp">{}{}{}{}</div>', count, pages, made, pages)
 
@@ -163,17 +185,21 @@ def _sortable(value: str | float | None) -> tuple[str, float]:
 
 def _cells(row: RunRow, shown: tuple[int, ...]) -> list[str]:
     replayed = Markup(' <span class="muted">replay</span>') if row.source == "replay" else Markup("")
+    below = html("<br><small>{} · seed {} · {}</small>", breakable(row.place), row.seed, breakable(row.file))
     return [
         _mark(row.index, shown),
-        _opened_by(row),
-        name(row.scenario),
-        name(row.strategy) + replayed,
-        str(row.seed),
-        breakable(row.file),
+        _opened_by(row) + replayed + below,
+        _cost(row),
         name(row.outcome),
-        number(row.cost),
         "–" if row.searches is None else str(row.searches),
+        name(row.scenario, most=MAX_SCENARIO_CHARS),
     ]
+
+
+def _cost(row: RunRow) -> Markup:
+    if row.cost is None and row.bounds is not None:
+        return html("{} to<br>{}", *(number(bound) for bound in row.bounds))
+    return text(number(row.cost))
 
 
 def _headings(arranged: Sequence[RunRow], here: Sequence[RunRow], group: str) -> dict[int, Markup]:
@@ -210,14 +236,14 @@ def _pages(page: int, rows: int) -> Markup:
 
 
 def _opened_by(row: RunRow) -> Markup:
-    """The place's name; a click on it opens the run, where there is a log of it."""
+    """The strategy's name; a click on it opens the run, where there is a log of it."""
     if row.index < 0:
-        return html('<span title="not recorded">{}</span>', breakable(row.place))
+        return html('<span title="not recorded">{}</span>', name(row.strategy))
     return html(
         '<span class="seek" {} title="{}">{}</span>',
         command(f"open {row.index}"),
         text(row.file),
-        breakable(row.place),
+        name(row.strategy),
     )
 
 

@@ -1,6 +1,6 @@
 """Follows logs while they are recorded: a log is read again whenever it has grown, and the views move on.
 
-A log is read from its start each time, so that the wait before the next reading is a multiple of the last duration.
+Only what was added is read; the wait before the next reading is a multiple of how long the last one took.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ class Follower:
 
     def _read_what_grew(self) -> bool:
         grew = False
-        for index, path in enumerate(self._library.paths):
-            size = _size(path)
-            if size == self._sizes[index]:
+        for index, before in enumerate(self._sizes):
+            size = _size(self._library.paths[index])
+            if size == before:
                 continue
             self._sizes[index] = size
             try:
-                self._library.reread(index)
+                self._library.take_up(index)
             except LiosError:
                 continue  # A record is only partly on disk; the next reading will find the rest.
             grew = True

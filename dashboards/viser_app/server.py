@@ -8,7 +8,8 @@ import io
 import socket
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import viser
@@ -22,6 +23,9 @@ from dashboards.viser_app.panel.controls import Controls
 from dashboards.viser_app.session import Session
 from dashboards.viser_app.view_state import ViewState
 from workbench.errors import InputError
+
+if TYPE_CHECKING:  # it loads what replays
+    from dashboards.viser_app.ghost_watch import GhostWatch
 
 LOCAL = "127.0.0.1"
 USUAL_ASPECT = 1.3
@@ -49,6 +53,7 @@ class Dashboard:
     Attributes:
         server: Viser's.
         sessions: one for each open page, by Viser's number of the client.
+        ghosts: brings what is replayed beside such a run; None without.
         follower: reads what a run that is still being recorded adds; None otherwise.
         lost: what is missing from the runs that are shown at first, by their logs.
         token: what a visitor must know; None lets in all of this machine.
@@ -57,6 +62,7 @@ class Dashboard:
     server: viser.ViserServer
     sessions: dict[int, Session] = field(default_factory=dict)
     follower: Follower | None = None
+    ghosts: GhostWatch | None = None
     lost: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     token: str | None = field(default=None, repr=False)
 
@@ -76,6 +82,8 @@ class Dashboard:
     def stop(self) -> None:
         if self.follower is not None:
             self.follower.stop()
+        if self.ghosts is not None:
+            self.ghosts.stop()
         for session in list(self.sessions.values()):
             session.stop()
         with contextlib.redirect_stdout(io.StringIO()):
@@ -105,7 +113,8 @@ def serve(
     begin_at(server, fitted(shape, aspect=USUAL_ASPECT))
 
     def arrive(client: viser.ClientHandle) -> None:
-        session = Session(client, library, state)
+        ghosts = dashboard.ghosts.runs if dashboard.ghosts is not None else ()
+        session = Session(client, library, replace(state, runs=(*state.runs, *ghosts)))
         dashboard.sessions[client.client_id] = session
         Controls(session)
         session.start()

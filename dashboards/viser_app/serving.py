@@ -29,13 +29,16 @@ def show_until_stopped(
     follow: bool,
     token: bool = True,
     memory: bool = False,
+    ghosts: str = "",
 ) -> Mapping[str, tuple[str, ...]]:
     """Serves until Ctrl-C; returns what is missing from the runs that are shown at first, by their logs.
 
     Raises:
         FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse, TokenRequired.
     """
-    dashboard = open_dashboard(logs, host=host, port=port, at=at, follow=follow, token=token, memory=memory)
+    dashboard = open_dashboard(
+        logs, host=host, port=port, at=at, follow=follow, token=token, memory=memory, ghosts=ghosts
+    )
     try:
         # Said in here: whoever reads it may press Ctrl-C at once.
         say(f"Dashboard at {dashboard.link()} (Ctrl-C stops it).")
@@ -57,14 +60,17 @@ def open_dashboard(
     follow: bool = False,
     token: bool = True,
     memory: bool = False,
+    ghosts: str = "",
 ) -> Dashboard:
     """Reads the logs and starts serving.
 
     Args:
         memory: whether to show where each item was seen over days; the logs must then be of one place.
+        ghosts: strategies to replay beside the one log that is followed, with commas between them.
 
     Raises:
-        BadValue: a moment before the start.
+        BadValue: a moment before the start, or ghosts without one log that is followed.
+        UnknownName: a ghost that is no strategy.
         TokenRequired: no token where other machines could connect. And what reading logs and listening raise.
     """
     if not at >= 0:
@@ -73,6 +79,7 @@ def open_dashboard(
         raise BadValue("--port", port, "from 0 to 65535")
     if not token and not is_loopback(host):
         raise TokenRequired(host)
+    names = _ghosts_named(ghosts, logs, follow=follow) if ghosts else ()
     if follow:
         _wait_for_logs(logs)
     library = Library(logs)
@@ -96,7 +103,17 @@ def open_dashboard(
         say(line)
     if follow:
         dashboard.follower = Follower(library, lambda: list(dashboard.sessions.values()))
+    if names:
+        from dashboards.viser_app.ghost_watch import GhostWatch
+
+        dashboard.ghosts = GhostWatch(library, names, lambda: list(dashboard.sessions.values()))
     return dashboard
+
+
+def _ghosts_named(text: str, logs: Sequence[Path], *, follow: bool) -> tuple[str, ...]:
+    from dashboards.viser_app.ghost_watch import ghosts_named
+
+    return ghosts_named(text, logs, follow=follow)
 
 
 def _first_readable(library: Library, indices: Sequence[int]) -> int:

@@ -234,13 +234,14 @@ class Session:
         wanted = (state.runs, self._revision)
         if self._opened == wanted and self.clock.alignment == state.alignment:
             return
-        readable = [run for run in state.runs if self._can_read(run)]
+        readable = [run for run in state.runs if not self.library.awaits(run) and self._can_read(run)]
         timelines = tuple(self.library.timeline(run) for run in readable)
+        same = self._opened is not None and self._readable == tuple(readable)
         self._readable = tuple(readable)
         before = self.clock.timelines[:1]
         self.clock = Clock(timelines=timelines, alignment=state.alignment)
         self.unopened = unopened(timelines)
-        if timelines and (self._opened is None or self._opened[0] != state.runs):
+        if timelines and not same:
             self._prepare_stage(timelines, first=self._opened is None, before=before)
         self.senses = self.library.senses(readable[0]) if readable else None
         self.sensors.open(self.senses)

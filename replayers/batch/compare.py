@@ -31,6 +31,7 @@ class CostDifference:
     """The cost of a minus the cost of b over one log.
 
     Attributes:
+        sha256: of the log.
         least, most: its bounds over every world that is consistent with the log.
         paired: whether groups of worlds were matched; otherwise from the two bounds alone.
         verdict: a wins, loses or equals b in every world, or undecided.
@@ -39,6 +40,7 @@ class CostDifference:
     """
 
     log: str
+    sha256: str
     house: str
     least: float
     most: float
@@ -109,6 +111,7 @@ def cost_difference(a: StoredReplay, b: StoredReplay) -> CostDifference:
         drawn = float(costs.mean())
     return CostDifference(
         log=a.log,
+        sha256=a.sha256,
         house=a.place_sha256,
         least=least,
         most=most,

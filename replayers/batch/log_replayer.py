@@ -142,7 +142,8 @@ class LogReplayer:
 
     def _path(self, name: str) -> Path | None:
         output = self._wanted.output
-        return replay_path(output, self.run.sha256, self.run.info.run_id, name) if output else None
+        misses = self._wanted.settings.assumptions.misses
+        return replay_path(output, self.run.sha256, self.run.info.run_id, name, misses=misses) if output else None
 
 
 def replay_log(log: Path, wanted: ReplayRequest) -> Iterator[Outcome]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from replayers.batch.breakdown import fewest_misses
 from replayers.batch.compare import StrategyComparison, runs_once
 from replayers.batch.compare import compare as compare_records
 from replayers.batch.next_look import ContainerLook, best_looks
@@ -146,7 +147,7 @@ def compare(
         FileMissing: no such folder.
     """
     records = replays_in(Path(replays)) if isinstance(replays, str | os.PathLike) else replays
-    kept, _ = runs_once(records)
+    kept, _ = runs_once(fewest_misses(records))
     return compare_records(kept, rng=rng or np.random.default_rng(0))
 
 

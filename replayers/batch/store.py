@@ -176,9 +176,14 @@ def replay_key(sha256: str, strategy: str, settings: ReplaySettings) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
-def replay_path(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
-    """Where a replay is stored: one folder for each log, one file for each strategy."""
-    return folder / f"{file_name_of(run_id)}-{sha256[:8]}" / f"{file_name_of(strategy)}{SUFFIX}"
+def replay_path(folder: Path, sha256: str, run_id: str, strategy: str, *, misses: int | None = None) -> Path:
+    """Where a replay is stored: one folder for each log, one file for each strategy.
+
+    Args:
+        misses: how many items the looks may have overlooked, where that was asked for: those replays stand apart.
+    """
+    of_log = folder / f"{file_name_of(run_id)}-{sha256[:8]}"
+    return (of_log / f"misses-{misses}" if misses else of_log) / f"{file_name_of(strategy)}{SUFFIX}"
 
 
 def write_replay(path: Path, record: StoredReplay) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,7 +40,8 @@ def compare(
     """Which strategy is better on these logs?
 
     wins, loses and equal hold in every world that agrees with the log; the rest is undecided. Intervals draw houses;
-    where there is one house only they draw its logs, are widened, and say nothing of another house.
+    where there is one house only they draw its logs, are widened, and say nothing of another house. Where the folder
+    also holds replays with --misses K, each certain claim is followed until it breaks down.
 
     Examples:
 
@@ -51,6 +53,7 @@ def compare(
     """
     import numpy as np
 
+    from replayers.batch.breakdown import breakdowns, fewest_misses, in_words
     from replayers.batch.claims import judge, parse_claim
     from replayers.batch.compare import changed_houses, runs_once
     from replayers.batch.compare import compare as compared
@@ -64,7 +67,7 @@ def compare(
         raise BadValue("--junit", str(junit), "given together with --fail-if")
     skipped: list[MalformedFile] = []
     found = list(replays_in(folder, on_skipped=skipped.append))
-    records, several = runs_once(found)
+    records, several = runs_once(fewest_misses(found))
     for error in skipped:
         say(f"skipped {error}")
     if not found:
@@ -87,18 +90,21 @@ def compare(
     imagined = sorted({record.log for record in records if record.imputed})
     corrected = {record.log: record.corrections for record in records if record.corrections}
     changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
-    rows = [_row(pair) for pair in pairs]
+    rows, survived = [_row(pair) for pair in pairs], breakdowns(pairs, found)
     if json:
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
                    "not_reproduced": unlike,
                    "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
                    "imagined_logs": imagined, "corrected": corrected, "lost": lost,
+                   "breakdowns": [asdict(one) for one in survived],
                    "skipped": [str(error) for error in skipped],
                    "claims": [_claim(j) for j in judged], "seed": seed})  # fmt: skip
         _settle(judged, junit)
         end_with_losses(lost)
         return
     _tell(rows, changed, broken)
+    for line in in_words(survived):
+        say(line)
     for run in several:
         say(f"note: {_not_counted(run)}" + ("" if run.kept else f". {JOIN}"))
     if imagined:

@@ -96,6 +96,8 @@ class Run:
     corrections: tuple[Correction, ...] = ()
     part: str = ""
     skipped: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    sha256_read: str = ""
+    """Hash of the part of a growing file that was read; empty for a file that was read to its end."""
 
     def __repr__(self) -> str:
         """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
@@ -131,7 +133,9 @@ class Run:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the whole file, in hexadecimal."""
+        """Hash of the whole file, or of the part that was read of one that still grows, in hexadecimal."""
+        if self.sha256_read:
+            return self.sha256_read
         digest = hashlib.sha256()
         with open_log(self.path) as stream:
             while block := stream.read(1 << 20):
@@ -169,7 +173,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
         UndecodableMessage: a message inside an intact chunk that is not what its topic says.
         NewerSchema: recorded by a later release.
     """
-    found = _Found(path_of(path), with_truth)
+    found = RunBuilder(path_of(path), with_truth)
     content = ChunkMessages(topics=found.wants, on_damage=found.damage.append)
     with open_log(path) as stream:
         index, closed = read_index(stream), is_closed(stream)
@@ -194,8 +198,12 @@ _place = lru_cache(maxsize=8)(place_from_json)
 
 
 @dataclass(slots=True)
-class _Found:
-    """What has been read so far."""
+class RunBuilder:
+    """What has been read of a run so far: records are taken as they come, and `run` is what they hold.
+
+    Attributes:
+        damage: places that could not be read.
+    """
 
     path: Path
     with_truth: bool
@@ -250,7 +258,17 @@ class _Found:
             self.skipped[topic] = self.skipped.get(topic, 0) + sequence - expected
         self.expected[topic] = sequence + 1
 
-    def run(self, *, closed: bool) -> Run:
+    def run(self, *, closed: bool, sha256_read: str = "") -> Run:
+        """The run as far as it was read.
+
+        Args:
+            closed: whether the file has its end.
+            sha256_read: hash of what was read, of a file that still grows; empty to hash the file when asked.
+
+        Raises:
+            SeveralRuns: several runs in one file.
+            HoldsNoRun: the run's identity, place or task is not in it.
+        """
         if self.info is None:
             if self.several:
                 raise SeveralRuns(self.path)
@@ -281,6 +299,7 @@ class _Found:
             damage=tuple(self.damage),
             part=self.part,
             skipped=MappingProxyType({topic: count for topic, count in self.skipped.items() if count}),
+            sha256_read=sha256_read,
         )
 
     def _attachment(self, name: str) -> bytes:

@@ -9,10 +9,13 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from toy_run import empty_run, named_run, other_run, toy_run
 
 from dashboards.capsule.write import capsule_page, write_capsule
+from dashboards.model.containers.seen_items import items_seen
+from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from workbench.errors import BadValue, OutputExists
 
@@ -41,6 +44,22 @@ def test_frames_stand_at_every_change() -> None:
     assert run["frameS"] == [0.0, 2.0, 4.0, 5.0, 7.0, 12.0, 15.0]
     assert run["marks"][run["frames"][-1]["looks"][0][2]]["tick"] == [1]
     assert run["orders"][run["frames"][0]["order"]] == [0, 1, 4]
+
+
+def test_items_goals_and_the_end_of_a_replay_are_there_as_in_the_dashboard() -> None:
+    data = data_of(capsule_page([OURS, OTHER]))
+    ours, other = data["runs"]
+    balls = [ours["balls"][frame["items"]] for frame in ours["frames"]]
+    assert [len(b) for b in balls] == [len(items_seen(OURS, OURS.stamp(s))) for s in ours["frameS"]]
+    goals = [sum(wanted for *_, wanted in b) for b in balls]
+    assert goals == [0, 0, 0, 0, 1, 0, 0], "the mug is seen at 7 s and taken at 12 s"
+    assert ours["itemNames"][ours["frames"][4]["looks"][0][5]][0][0] == "mug"
+    assert len(data["house"]["goals"]) == 1
+    assert ours["stop"] is None
+    assert other["stop"] == [OTHER.duration_s, int(np.flatnonzero(scene_at(OTHER, OTHER.end_ns).unseen)[0])]
+    legend = data["texts"][ours["frames"][0]["looks"][0][4]]
+    for words in ("◆", "assumed by a replay", "another run", "item seen", "place of the goal", "? nobody"):
+        assert words in legend
 
 
 def test_the_same_runs_give_the_same_bytes() -> None:

@@ -15,6 +15,8 @@ from playwright.sync_api import Browser, Page
 from toy_run import named_run, other_run, toy_run
 
 from dashboards.capsule.write import write_capsule
+from dashboards.model.clock import Clock
+from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.rendering.mp4 import Sample, mp4
 from dashboards.rendering.picture import Framing, draw_picture
@@ -67,8 +69,41 @@ def test_keys_step_and_seek_both_ways(page: Page) -> None:
 
 def test_costs_run_between_frames(page: Page) -> None:
     page.evaluate("window.lios.seek(1)")
-    assert page.locator("[data-live=cost]").inner_text() == "0.5"
-    assert page.locator("[data-live=walked]").inner_text() == "0.5 m"
+    assert page.locator("#p-now [data-live=cost]").inner_text() == "0.5"
+    assert page.locator("#p-now [data-live=walked]").inner_text() == "0.5 m"
+
+
+@pytest.mark.parametrize("second", [0.0, 1.0, 5.5, 8.0, 99.0])
+def test_compare_tells_each_run_at_the_moment_shown(page: Page, second: float) -> None:
+    page.get_by_role("tab", name="Compare", exact=True).click()
+    page.evaluate(f"window.lios.seek({second})")
+    clock = Clock(timelines=(timeline_of(toy_run()), timeline_of(other_run())))
+    scenes = [scene_at(t, s) for t, s in zip(clock.timelines, clock.stamps(second), strict=True)]
+    cells = page.locator("table[data-table=comparison] [data-live]").all_inner_texts()
+    assert cells == [w for s in scenes for w in (f"{s.cost:.1f}", f"{s.travel_m:.1f}", str(s.searches))]
+
+
+def test_an_item_that_was_seen_has_its_name_until_it_is_taken(page: Page) -> None:
+    name = page.locator("#labels .item")
+    page.evaluate("window.lios.seek(8)")
+    assert name.all_inner_texts() == ["mug"]
+    assert name.first.is_visible()
+    page.evaluate("window.lios.seek(13)")
+    assert not any(n.is_visible() for n in name.all())
+
+
+def test_a_narrow_window_scrolls_down_only(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "narrow.html"
+    write_capsule([timeline_of(toy_run()), timeline_of(other_run())], path)
+    page = browser.new_page(viewport={"width": 440, "height": 900})
+    page.goto(path.as_uri())
+    until(page, "window.lios !== undefined")
+    for tab in ("Belief", "Plan", "Find costs", "Plots", "Compare"):
+        page.get_by_role("tab", name=tab, exact=True).click()
+        assert page.evaluate(
+            "[...document.querySelectorAll('html, .lp')].every((b) => b.scrollWidth <= b.clientWidth)"
+        )
+    page.close()
 
 
 @pytest.mark.parametrize(

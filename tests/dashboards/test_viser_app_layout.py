@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
+from shutil import copy
 
 import pytest
 from chromium import chromium, open_view, until
@@ -69,3 +71,29 @@ def test_a_lower_timeline_leaves_its_place_to_the_house(browser: Browser, dashbo
     page.evaluate("document.querySelector('.lios-timeline .legend').style.display = 'none'")
     until(page, f"{HOUSE_BOTTOM} > {before + 5}")
     page.close()
+
+
+ONE_ROW = """(() => {
+  const tabs = [...document.querySelectorAll('[role="tab"]')].filter((tab) => tab.title !== "Timeline");
+  return tabs.length === 10 && new Set(tabs.map((tab) => Math.round(tab.getBoundingClientRect().top))).size === 1
+    && tabs.every((tab) => tab.getBoundingClientRect().right <= innerWidth);
+})()"""
+NO_WIDER = """(() => { const table = document.querySelector("table[data-table=runs]");
+  return table.getBoundingClientRect().right <= innerWidth
+    && table.closest(".lp").scrollWidth <= table.closest(".lp").clientWidth; })()"""
+
+
+def test_ten_tabs_are_one_row_and_the_table_of_runs_fits_a_narrow_window(browser: Browser, tmp_path: Path) -> None:
+    first = write_toy_log(tmp_path / "a-run-with-quite-a-long-name-of-its-own.mcap")
+    copy(first, tmp_path / "another-of-the-same.mcap")
+    dashboard = open_dashboard([tmp_path], port=0, memory=True)
+    page = open_view(browser, dashboard.link(), width=1440, height=900)
+    heads = page.locator("table[data-table=runs] th").all_inner_texts()
+    assert heads == ["", "strategy", "cost", "outcome", "looks", "scenario"]
+    until(page, ONE_ROW)
+    until(page, NO_WIDER)
+    page.set_viewport_size({"width": 440, "height": 900})
+    page.locator("table[data-table=runs]").wait_for()
+    until(page, NO_WIDER)
+    page.close()
+    dashboard.stop()

@@ -15,7 +15,7 @@ function liosPaint(context, w, h, { canvas, stage, labels, caption }) {
     if (!plain) { context.fillStyle = "rgba(255,255,255,0.85)"; context.beginPath(); context.roundRect(x, y, wide, high, 4); context.fill(); }
     const number = made.div.firstElementChild ? made.div.firstElementChild.textContent + ". " : "";
     const words = number + (number ? made.div.lastChild.textContent : made.div.textContent);
-    context.font = `${made.kind === "robot" ? 650 : 400} ${12 * scale}px system-ui, sans-serif`;
+    context.font = `${made.kind === "robot" ? 650 : 400} ${(made.kind === "item" ? 10.5 : 12) * scale}px system-ui, sans-serif`;
     context.fillStyle = made.kind === "robot" ? made.div.style.color : plain ? "#4a4f57" : "#23262b";
     context.textAlign = "center";
     context.fillText(words, x + wide / 2, y + high / 2);

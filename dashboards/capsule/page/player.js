@@ -20,7 +20,7 @@
   const opaque = (rgb, alpha = 255) => { const out = new Uint8Array(rgb.length / 3 * 4); for (let i = 0; i < rgb.length / 3; i++) { out.set(rgb.slice(3 * i, 3 * i + 3), 4 * i); out[4 * i + 3] = alpha; } return out; };
   const drawn = [], walls = { cut: [], whole: [] };
   const shapes = {}, actors = [], furniture = [];
-  let bars = null, marks = {};
+  let bars = null, balls = null, marks = {};
   const empty = { centre: [], size: [], yaw: [], colour: [] };
   const add = (shape, parts, blend = false) => { const made = renderer.batch(shape, parts); made.blend = blend; drawn.push(made); return made; };
   if (renderer) {
@@ -31,9 +31,8 @@
     for (const one of data.house.shadows) add(shapes[one.shape], { ...one, colour: opaque(one.colour, 18) }, true);
     bars = add(shapes.cylinder, empty);
     marks = { cross: add(shapes.cross, empty), tick: add(shapes.tick, empty), question: add(shapes.question, empty), unknown: add(shapes.unknown, empty) };
-    const unknown = { centre: [], size: [], yaw: [], colour: [] };
-    for (const o of data.unopened) { const [x, y, z] = data.house.tops[o]; unknown.centre.push(x, y, z + 0.05); unknown.size.push(1, 1, 1); unknown.yaw.push(0); unknown.colour.push(96, 102, 112, 255); }
-    marks.unknown.set(unknown);
+    balls = add(shapes.ball, empty);
+    for (const goal of data.house.goals) add(renderer.mesh(goal), { centre: [0, 0, 0], size: [1, 1, 1], yaw: [0], colour: opaque(goal.colour) });
     runs.forEach((run, i) => {
       const c = run.colour, alpha = i ? 110 : 255;
       actors.push({
@@ -47,6 +46,7 @@
   const label = (text, kind, at) => { const div = document.createElement("div"); div.className = kind; div.textContent = text; $("labels").append(div); const made = { div, at, visible: true, kind }; labels.push(made); return made; };
   data.house.rooms.forEach((room) => label(room.name, "room", [...room.at, 0.05]));
   const orderLabels = Array.from({ length: data.labelled }, () => label("", "order", [0, 0, 0]));
+  const itemLabels = [];
   const robotLabels = runs.map((run) => { const made = label(run.name, "robot", [0, 0, 0]); made.div.style.color = `rgb(${run.colour})`; return made; });
 
   // --- showing one moment ---------------------------------------------------------------------------------------
@@ -57,8 +57,28 @@
     const i = Math.max(0, upper(run.wayS, s) - 1);
     return { x: interpolate(s, run.wayS, run.wayX), y: interpolate(s, run.wayS, run.wayY), yaw: run.facing[i], i };
   };
+  const mark = (name, containers, colour) => {
+    const made = { centre: [], size: [], yaw: [], colour: [] };
+    for (const o of containers) { const [x, y, z] = data.house.tops[o]; made.centre.push(x, y, z + 0.05); made.size.push(1, 1, 1); made.yaw.push(0); made.colour.push(...colour, 255); }
+    marks[name].set(made);
+  };
+  // Where replays had to end by now, and what no run opened.
+  let shownStops = null;
+  const showStops = (seconds) => {
+    const stops = runs.flatMap((run, i) => run.stop && seconds[i] >= run.stop[0] - 1e-9 ? [run.stop[1]] : []);
+    if (!renderer || String(stops) === shownStops) return;
+    shownStops = String(stops);
+    mark("question", [...new Set(stops)], data.colours.unseen);
+    mark("unknown", data.unopened.filter((o) => !stops.includes(o)), data.colours.unopened);
+  };
+  const live = {
+    cost: (run, s) => number(interpolate(s, run.costS, run.cost)),
+    metres: (run, s) => number(interpolate(s, run.wayS, run.wayM)),
+    walked: (run, s) => live.metres(run, s) + " m",
+    looks: (run, s) => String(upper(run.searchS, s + 1e-9)),
+  };
   const showFrame = (k) => {
-    const frame = focus.frames[k], [palette, heights, marked, beliefs, legend] = frame.looks[state.item];
+    const frame = focus.frames[k], [palette, heights, marked, beliefs, legend, itemNames] = frame.looks[state.item];
     if (renderer) {
       const of = focus.palettes[palette], height = focus.heights[heights];
       for (const [one, made] of furniture) {
@@ -73,11 +93,12 @@
         bar.centre.push(x, y, z + h / 2); bar.size.push(0.13, 0.13, h); bar.yaw.push(0); bar.colour.push(...of.slice(3 * o, 3 * o + 3), 255);
       });
       bars.set(bar);
-      for (const [name, colour] of [["cross", [84, 92, 104]], ["tick", [255, 255, 255]], ["question", [20, 20, 20]]]) {
-        const mark = { centre: [], size: [], yaw: [], colour: [] };
-        for (const o of focus.marks[marked][name]) { const [x, y, z] = data.house.tops[o]; mark.centre.push(x, y, z + 0.05); mark.size.push(1, 1, 1); mark.yaw.push(0); mark.colour.push(...colour, 255); }
-        marks[name].set(mark);
-      }
+      for (const [name, colour] of [["cross", [84, 92, 104]], ["tick", [255, 255, 255]]]) mark(name, focus.marks[marked][name], colour);
+      const ball = { centre: [], size: [], yaw: [], colour: [] };
+      for (const [x, y, z, wide, wanted] of focus.balls[frame.items]) { ball.centre.push(x, y, z); ball.size.push(wide, wide, wide); ball.yaw.push(0); ball.colour.push(...data.colours[wanted ? "goal" : "item"], 255); }
+      balls.set(ball);
+      focus.itemNames[itemNames].forEach(([words, ...at], i) => { itemLabels[i] ??= label("", "item", at); Object.assign(itemLabels[i], { at, visible: true }).div.textContent = words; });
+      itemLabels.slice(focus.itemNames[itemNames].length).forEach((made) => { made.visible = false; });
       orderLabels.forEach((made, n) => {
         const stop = focus.orders[frame.order][n];
         made.visible = stop !== undefined;
@@ -97,12 +118,13 @@
     const seconds = runs.map((run) => secondOf(run, state.at));
     const k = Math.max(0, upper(focus.frameS, seconds[0] + 1e-9) - 1);
     if (k !== shownFrame) { showFrame(k); shownFrame = k; }
+    showStops(seconds);
+    document.querySelectorAll("[data-live]").forEach((node) => { const i = node.dataset.run || 0; node.textContent = live[node.dataset.live](runs[i], seconds[i]); });
     runs.forEach((run, i) => {
       const s = seconds[i], robot = robotAt(run, s), frame = run.frames[Math.max(0, upper(run.frameS, s + 1e-9) - 1)];
       const walked = interpolate(s, run.wayS, run.wayM);
       robotLabels[i].at = [robot.x, robot.y, 0.95 + 0.35 * i];
       if (i === 0) {
-        document.querySelectorAll("[data-live]").forEach((node) => { node.textContent = node.dataset.live === "cost" ? number(interpolate(s, run.costS, run.cost)) : walked.toFixed(1) + " m"; });
         camera.raised = (state.follow && window.lios?.fitting?.covered) || 0;
         if (state.follow) { camera.target = [robot.x, robot.y, 0.3]; camera.turn = robot.yaw + Math.PI; camera.tilt = 0.72; camera.distance = 6.5 / (1 - camera.raised); }
       }
@@ -140,7 +162,7 @@
     if (!renderer) return;
     const m = camera.matrix();
     renderer.draw(m, drawn);
-    const shown = [...robotLabels, ...orderLabels, ...labels.filter((l) => l.kind === "room")];
+    const shown = [...robotLabels, ...orderLabels, ...itemLabels, ...labels.filter((l) => l.kind === "room")];
     liosPlaceLabels(canvas, m, shown, state.roomNames !== false);
   };
 

@@ -21,9 +21,10 @@ from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
+from dashboards.panels.live.ghosts import ghosts
 from dashboards.panels.markup import error_line, style
 from dashboards.panels.memory import memory
-from dashboards.panels.now import legend, now, title
+from dashboards.panels.now import legend, now, run_signs, title
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from dashboards.panels.strip import cursor, strip
@@ -68,6 +69,7 @@ class Controls:
         self._sent: dict[str, str] = {}
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._names: list[str] = []
+        self._signs = run_signs(())
         self._arrived = False
         self._chosen = 0
         self._size = (0, 0)
@@ -93,6 +95,7 @@ class Controls:
         self._html["style"] = gui.add_html(str(style() + script()))
         self._add("title")
         self._add("trouble")
+        self._add("ghosts")
         self._add("now")
         self._build_time()
         go = gui.add_text("Go to", "", hint="Seconds, or: decision 7, seek 12.5, open 2, overlay 3.")
@@ -215,10 +218,13 @@ class Controls:
         has_truth = robot and self._session.truth() is not None
         self._set("title", title(clock.timelines[0], has_truth=has_truth))
         self._names = names
+        self._signs = run_signs(clock.timelines)
         self._runs.follow()
         colours = [run_colour(i) for i in range(len(names))]
         self._draw("strip", lambda: strip(clock, names, colours, session.notes()))
         self._draw("events", lambda: self._notes.panel(names))
+        by_strategy = {t.run.info.strategy: c for t, c in zip(clock.timelines, colours, strict=True)}
+        self._draw("ghosts", lambda: ghosts(session.library.ghosts, by_strategy))
 
     def _shown(self, session: Session, scenes: list[Scene]) -> None:
         scene, timeline, state = scenes[0], session.clock.timelines[0], session.state
@@ -240,10 +246,7 @@ class Controls:
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
         self._draw("comparison", lambda: comparison(session.clock, scenes, self._names, not_shown=self._not_shown()))
-        ended = any(t.ends_unseen for t in session.clock.timelines)
-        self._draw(
-            "legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended, items=state.items)
-        )
+        self._draw("legend", lambda: legend(scene, items=state.items, **self._signs))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
         reading = round(min(state.at, self._slider.max), self._slider.precision)
         if abs(self._slider.value - reading) > ROUNDING:

@@ -1,0 +1,1 @@
+"""Panels of a run that is being recorded."""

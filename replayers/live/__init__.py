@@ -1,0 +1,1 @@
+"""Replays beside a run that is being recorded."""
