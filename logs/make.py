@@ -54,7 +54,7 @@ def make_simulated(folder: Path) -> list[Path]:
 
 def make_spot(folder: Path) -> list[Path]:
     """Runs the paper's four configurations on a simulated Spot; needs the extra "spot"."""
-    from replayers.commands.evaluate_spot import spot
+    from replayers.commands.evaluate.spot import spot
 
     made = []
     for home in SPOT_HOMES:

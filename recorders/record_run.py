@@ -82,7 +82,7 @@ def record(
     home, ways = _place(house, assets, moved, seed)
     job = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
     trial = trial_for(
-        job, home, strategy=strategy, estimator=estimator, seed=seed, most_known=known, miss_rate=miss_rate, ways=ways
+        job, home, strategy=strategy, estimator=estimator, seed=seed, max_known=known, miss_rate=miss_rate, ways=ways
     )
     trial = _with_memory(trial, memory, rates, day)
     on_begun = None if begun is None else lambda: begun(trial)

@@ -94,20 +94,20 @@ class TaskRequest:
 
 
 def trial_for(
-    wish: TaskRequest,
+    request: TaskRequest,
     house: House,
     *,
     strategy: str | Strategy,
     estimator: str = "best",
     seed: int = 0,
-    most_known: float | None = None,
+    max_known: float | None = None,
     miss_rate: float = 0.0,
     ways: NavigationPaths | None = None,
 ) -> Trial:
     """The trial for a task request in a house.
 
     Args:
-        most_known: largest share of containers known at the start; by default 0 for a find, and
+        max_known: largest share of containers known at the start; by default 0 for a find, and
             MAX_KNOWN_SHARE for a task.
         ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
 
@@ -117,17 +117,17 @@ def trial_for(
         BadValue: a miss rate outside [0, 1).
     """
     missing_at(miss_rate)
-    if wish.find:
-        task = find_task(item_type_in(house, wish.find), START)
-        known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=most_known or 0.0)
+    if request.find:
+        task = find_task(item_type_in(house, request.find), START)
+        known = known_at_start(house.plan, rng=np.random.default_rng(seed), max_known=max_known or 0.0)
         start = TaskStart(house=house, task=task, known=known)
     else:
         start = scenario_start(
-            wish.scenario or str(wish.task_file),
+            request.scenario or str(request.task_file),
             house,
             seed=seed,
             travel=(ways or navigate(house.plan)).travel,
-            most_known=MAX_KNOWN_SHARE if most_known is None else most_known,
+            max_known=MAX_KNOWN_SHARE if max_known is None else max_known,
         )
     return Trial(
         house=start.house,

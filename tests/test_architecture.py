@@ -150,9 +150,7 @@ def test_modules_say_what_is_in_them() -> None:
 
 
 def test_no_folder_is_crowded() -> None:
-    """Folders of commands hold one module a command, however many there are."""
     modules = Counter(_name(path.parent) for path in files() if path.stem != "__init__")
-    modules = {folder: n for folder, n in modules.items() if not folder.endswith("/commands")}
     assert {folder: n for folder, n in modules.items() if n > MAX_FOLDER_MODULES} == {}
 
 

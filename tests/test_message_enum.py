@@ -75,6 +75,8 @@ TEXTS = {
     "replayers/commands/replay.py _recorded_as": "the name of a strategy",
     "replayers/counterfactual/overlooked.py misses_note": "a note of a replay",
     "replayers/importers/clocks.py BagClock.note": "a line of the report, made of enumerations",
+    "replayers/live/ghost_bounds.py verdict_line": "a sentence with figures; the verdict itself is an enumeration",
+    "replayers/live/ghosts.py Ghosts._rebased": "a note of a report",
     "replayers/log_tools/copy_log.py profile_of": "a value of the log's header",
     "replayers/log_tools/rewrite.py _common_profile": "a value of the log's header",
     "workbench/beliefs/memory/history.py _change": "a cell of a table",

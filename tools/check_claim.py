@@ -20,7 +20,7 @@ from operator import or_
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
-VERSION, NEAR, MOST_BYTES, MOST_ANSWERS = 1, 1e-6, 256_000_000, 64
+VERSION, NEAR, MAX_BYTES, MAX_ANSWERS = 1, 1e-6, 256_000_000, 64
 
 
 class Refused(Exception):
@@ -247,7 +247,7 @@ class Check:
         count = prod(len(numbers) for numbers in ranges)
         need(count <= 1_000_000, "more answers than can be counted")
         answers = {tuple(t for t, n in zip(live, ns, strict=True) for _ in range(n)) for ns in product(*ranges)}
-        return answers, count <= MOST_ANSWERS
+        return answers, count <= MAX_ANSWERS
 
 
 def seal_of(claim):
@@ -277,7 +277,7 @@ def main(paths):
                 logs |= {log.sha256: log for log in [Log(path)]}
                 continue
             with zipfile.ZipFile(path) as packed:
-                need(packed.getinfo("claim.json").file_size <= MOST_BYTES, "it is too large")
+                need(packed.getinfo("claim.json").file_size <= MAX_BYTES, "it is too large")
                 claim = json.loads(packed.read("claim.json"))
             (lower, upper), log_hash = check(claim, logs), claim["log_sha256"]
             most = "no upper bound" if upper is None else f"{upper:.2f} ({claim['upper']['kind']})"

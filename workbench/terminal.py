@@ -23,7 +23,7 @@ T = TypeVar("T")
 _wide: ContextVar[bool] = ContextVar("wide", default=False)
 UNBROKEN_WORD_LENGTHS = (18, 12, 8, 4)
 """On a terminal too narrow for two columns: word lengths that a table keeps unbroken; the first that fits is used."""
-FEWEST_COLUMNS = 2
+MIN_COLUMNS = 2
 """What a table of a narrow terminal keeps, however long its words."""
 WIDE = "--wide"
 COMPILING_MESSAGE = (
@@ -99,7 +99,7 @@ def emit_table(
         unbroken = sum(column.least() for column in shown) + 3 * len(shown) + 1
         console = _Console(file=sys.stdout, width=max(120, 18 * len(names), unbroken))
     kept, first_out = list(shown), [shown[names.index(name)] for name in minor if name in names]
-    while len(kept) > FEWEST_COLUMNS and not _wide.get() and not _fits(kept, console.width):
+    while len(kept) > MIN_COLUMNS and not _wide.get() and not _fits(kept, console.width):
         kept.remove(first_out.pop(0) if first_out else kept[-1])
     console.print(_table(kept, title, console.width))
     if len(kept) < len(shown):

@@ -21,7 +21,7 @@ NEAR_SHOWN_COST = 0.05
 
 RELATIVE = 1e-9
 """Costs that differ by less than this share of them are equal in a decision (workbench/search/ties.py)."""
-SMALLEST_SCALE = 1.0
+MIN_SCALE = 1.0
 """Metres (or probability): below it the tolerance of a decision shrinks no further."""
 ROUNDING_SHARE = 1e-12
 """A bound is lowered by this share, so that a sum in another order does not exceed it by rounding."""

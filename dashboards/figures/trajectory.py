@@ -14,7 +14,7 @@ from dashboards.model.scene import scene_at
 from dashboards.model.timeline import NEVER, Timeline
 from dashboards.palette import FOUND, run_colour, unit_rgb
 
-FIRST_WIDTH, LEAST_WIDTH = 2.6, 0.8
+FIRST_WIDTH, MIN_WIDTH = 2.6, 0.8
 
 
 def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
@@ -23,7 +23,7 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
     draw_floor_plan(ax, first.plan)
     for i in range(len(timelines) - 1, -1, -1):
         # Where paths coincide, later ones are thinner and on top of earlier ones, so that all can be seen.
-        width = max(LEAST_WIDTH, FIRST_WIDTH - 0.7 * i)
+        width = max(MIN_WIDTH, FIRST_WIDTH - 0.7 * i)
         ax.plot(*timelines[i].way_xy.T, color=unit_rgb(run_colour(i)), linewidth=width, zorder=5 + i / 10)
     ax.plot(
         *first.way_xy[0],

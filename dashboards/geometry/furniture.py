@@ -17,7 +17,7 @@ from dashboards.geometry.solids import NO_OWNER, Solid
 from dashboards.palette import NEUTRAL, TRIMS
 from workbench.worlds.house import Container, FloorPlan, Furniture
 
-SMALLEST_M = 0.01
+MIN_DRAWN_M = 0.01
 
 
 def furniture_solids(plan: FloorPlan) -> tuple[Solid, ...]:
@@ -33,7 +33,7 @@ def furniture_solids(plan: FloorPlan) -> tuple[Solid, ...]:
 def solids_of(body: Container | Furniture, *, owner: int) -> list[Solid]:
     """The solids of one piece of furniture in the map frame. Without an owner even its body keeps a neutral
     colour."""
-    size = (max(body.size_m[0], SMALLEST_M), max(body.size_m[1], SMALLEST_M), max(body.size_m[2], SMALLEST_M))
+    size = (max(body.size_m[0], MIN_DRAWN_M), max(body.size_m[1], MIN_DRAWN_M), max(body.size_m[2], MIN_DRAWN_M))
     made: list[Solid] = []
     for part in kind_of(body.type)(size):
         extent = (_wide(part.x, size[0]), _wide(part.y, size[1]), _wide(part.z, size[2]))
@@ -51,7 +51,7 @@ def _middle(span: Span, size_m: float) -> float:
 
 
 def _wide(span: Span, size_m: float) -> float:
-    return max((span[1] - span[0]) * size_m, SMALLEST_M / 2)
+    return max((span[1] - span[0]) * size_m, MIN_DRAWN_M / 2)
 
 
 def kind_of(type_name: str) -> Kind:

@@ -6,7 +6,7 @@ from dashboards.geometry.solids import Solid
 from dashboards.palette import DOOR_FRAME, DOOR_SHUT, GLASS, WALL, WALL_CAP
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.walls import (
-    SHORTEST_M,
+    MIN_WALL_M,
     THICKNESS_M,
     Gap,
     WallLine,
@@ -55,7 +55,7 @@ def _filling(line: WallLine, gap: Gap, top_m: float) -> list[Solid]:
     middle, width = (gap.start_m + gap.end_m) / 2, gap.end_m - gap.start_m
     high = min(gap.top_m, top_m)
     if not gap.is_door:
-        if high - gap.bottom_m < SHORTEST_M:
+        if high - gap.bottom_m < MIN_WALL_M:
             return []
         return [_bar(line, middle, width, gap.bottom_m, high, GLASS, 0.03)]
     if not gap.opening.passable:

@@ -43,7 +43,7 @@ def beliefs(scene: Scene, timeline: Timeline) -> Markup:
             [
                 str(int(scene.order[i])) if scene.order[i] else "",
                 _link(i, container) + (" " + chip("goal", css(GOAL)) if container.id in goal else Markup("")),
-                name(rooms.get(container.room, ""), most=MAX_ROOM_CHARS),
+                name(rooms.get(container.room, ""), max_chars=MAX_ROOM_CHARS),
                 bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, i),
                 percent(p) if p == p else "",
                 number(legs.get(container.id)),
@@ -79,7 +79,7 @@ def _words(container: Container) -> Markup:
     return (
         name(kind)
         if own.lower() == kind.lower()
-        else html("{} <small>{}</small>", name(kind), name(own, most=MAX_ROOM_CHARS))
+        else html("{} <small>{}</small>", name(kind), name(own, max_chars=MAX_ROOM_CHARS))
     )
 
 

@@ -30,7 +30,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown
     """
     rows = [
         [
-            dot(run_colour(i)) + name(names[i], most=MAX_RUN_CHARS),
+            dot(run_colour(i)) + name(names[i], max_chars=MAX_RUN_CHARS),
             _live(number(scene.cost), "cost", i),
             _live(number(scene.travel_m), "metres", i),
             _live(str(scene.searches), "looks", i),
@@ -80,7 +80,7 @@ def _final(timeline: Timeline) -> Markup:
 def _parting(clock: Clock, other: int, names: list[str]) -> Markup:
     first, second = clock.timelines[0], clock.timelines[other]
     found = divergence(first, second)
-    mine, others = (dot(run_colour(i)) + name(names[i], most=MAX_RUN_CHARS) for i in (0, other))
+    mine, others = (dot(run_colour(i)) + name(names[i], max_chars=MAX_RUN_CHARS) for i in (0, other))
     title = html("<h3>{} and {}</h3>", mine, others)
     if found is None:
         return html("{}<p>They do the same to the end.</p>", title)

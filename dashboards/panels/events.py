@@ -29,7 +29,8 @@ def events(clock: Clock, names: Sequence[str], notes: Sequence[tuple[Note, ...]]
     left = len(ours) - len(shown)
     more = html('<p class="muted">{} of {} events are not listed.</p>', left, len(ours)) if left else Markup("")
     rows = [
-        [_moment(event.stamp_ns, clock, 0), _sign(event.kind), name(event.words, most=MAX_CHARS)] for event in shown
+        [_moment(event.stamp_ns, clock, 0), _sign(event.kind), name(event.words, max_chars=MAX_CHARS)]
+        for event in shown
     ]
     made = table(("at s", "", "what"), rows, key="events", classes=("n", "w", ""))
     return html('<div class="lp events">{}{}{}</div>', made, more, _others(clock, names, notes))
@@ -47,7 +48,7 @@ def _first_notes(found: Sequence[RunEvent]) -> list[RunEvent]:
 
 def _others(clock: Clock, names: Sequence[str], notes: Sequence[tuple[Note, ...]]) -> Markup:
     rows = [
-        [_moment(note.start_ns, clock, run), name(names[run]), name(_said(note), most=MAX_CHARS)]
+        [_moment(note.start_ns, clock, run), name(names[run]), name(_said(note), max_chars=MAX_CHARS)]
         for run in range(1, min(len(notes), len(clock.timelines)))
         for note in notes[run]
     ]

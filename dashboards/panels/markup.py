@@ -38,12 +38,12 @@ def html(template: LiteralString, *parts: object) -> Markup:
     return Markup(template).format(*shown)
 
 
-def name(value: object, *, most: int = MAX_NAME_CHARS) -> Markup:
+def name(value: object, *, max_chars: int = MAX_NAME_CHARS) -> Markup:
     """A name, shortened if very long, with the whole as a tooltip."""
     whole = str(value)
-    if len(whole) <= most:
+    if len(whole) <= max_chars:
         return text(whole)
-    return html('<span title="{}">{}…</span>', text(whole), text(whole[: most - 1]))
+    return html('<span title="{}">{}…</span>', text(whole), text(whole[: max_chars - 1]))
 
 
 def breakable(value: str) -> Markup:
@@ -158,7 +158,7 @@ def _tooltip(hint: str | None) -> Markup:
 
 def error_line(line: str) -> Markup:
     """An error in one line; nothing for an empty text."""
-    return html('<div class="lp"><p class="trouble">{}</p></div>', name(line, most=400)) if line else Markup("")
+    return html('<div class="lp"><p class="trouble">{}</p></div>', name(line, max_chars=400)) if line else Markup("")
 
 
 def style() -> Markup:

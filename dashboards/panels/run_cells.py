@@ -23,12 +23,12 @@ def run_cells(rows: Sequence[RunRow]) -> Markup:
     for row in rows:
         cells.setdefault((row.strategy, row.scenario), []).append(row)
     shown = scenarios[:MAX_SIDE]
-    head = Markup("").join(html('<th class="n">{}</th>', name(scenario, most=16)) for scenario in shown)
+    head = Markup("").join(html('<th class="n">{}</th>', name(scenario, max_chars=16)) for scenario in shown)
     best = {scenario: _least([cells.get((t, scenario), []) for t in strategies]) for scenario in shown}
     lines = Markup("").join(
         html(
             "<tr><td>{}</td>{}</tr>",
-            name(strategy, most=24),
+            name(strategy, max_chars=24),
             Markup("").join(_cell(cells.get((strategy, s), []), best[s]) for s in shown),
         )
         for strategy in strategies[:MAX_SIDE]

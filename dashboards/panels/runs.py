@@ -131,7 +131,7 @@ def left_out(problems: Sequence[str]) -> Markup:
     if not problems:
         return Markup("")
     lines = Markup("").join(
-        html("<p>{}</p>", name(problem, most=MAX_PROBLEM_CHARS)) for problem in problems[:MAX_PROBLEMS]
+        html("<p>{}</p>", name(problem, max_chars=MAX_PROBLEM_CHARS)) for problem in problems[:MAX_PROBLEMS]
     )
     more = html("<p>and {} more</p>", len(problems) - MAX_PROBLEMS) if len(problems) > MAX_PROBLEMS else Markup("")
     return html(
@@ -192,7 +192,7 @@ def _cells(row: RunRow, shown: tuple[int, ...]) -> list[str]:
         _cost(row),
         name(row.outcome),
         "–" if row.searches is None else str(row.searches),
-        name(row.scenario, most=MAX_SCENARIO_CHARS),
+        name(row.scenario, max_chars=MAX_SCENARIO_CHARS),
     ]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import rerun as rr
 
-from dashboards.geometry.furniture import SMALLEST_M
+from dashboards.geometry.furniture import MIN_DRAWN_M
 from dashboards.model.containers.container_style import belief_fractionsplit, container_colours
 from dashboards.model.labels import place_words
 from dashboards.model.scene import STATUSES, Scene, scene_at
@@ -60,7 +60,7 @@ def container_label(container: Container, scene: Scene, index: int) -> str:
 
 
 def _box(container: Container) -> rr.Boxes3D:
-    size = np.maximum(np.array(container.size_m, dtype=np.float64), SMALLEST_M)
+    size = np.maximum(np.array(container.size_m, dtype=np.float64), MIN_DRAWN_M)
     half_turn = container.pose.yaw_rad / 2
     return rr.Boxes3D(
         centers=[(container.pose.x_m, container.pose.y_m, container.base_m + size[2] / 2)],
@@ -78,7 +78,7 @@ def _log_items(recording: rr.RecordingStream, timeline: Timeline, index: int) ->
         return
     searched = int(timeline.searched_ns[index])
     seen_ns = timeline.start_ns if timeline.known[index] or searched == NEVER else searched
-    top = container.base_m + max(container.size_m[2], SMALLEST_M) + ITEM_UP_M
+    top = container.base_m + max(container.size_m[2], MIN_DRAWN_M) + ITEM_UP_M
     along = (np.arange(len(items)) - (len(items) - 1) / 2) * ITEM_APART_M
     count = len(items)
     recording.send_columns(

@@ -28,7 +28,7 @@ TOKEN_BYTES = 24
 """Of a token, before it is written in base64: as hard to guess as a key of 192 bits."""
 TOKEN_VARIABLE = "LIOS_DASHBOARD_TOKEN"
 """Of the environment: a token that stays the same, so that open pages find a dashboard that was started again."""
-LEAST_LETTERS = 16
+MIN_LETTERS = 16
 MAX_FIELDS = 100
 """Of an address's query; beyond it the request is refused."""
 FOREIGN_FIELDS = ("websocket", "playbackPath")
@@ -43,7 +43,7 @@ class BadToken(InputError):
 
     def __init__(self) -> None:
         super().__init__(
-            f"{TOKEN_VARIABLE}: want at least {LEAST_LETTERS} letters, digits, - or _. "
+            f"{TOKEN_VARIABLE}: want at least {MIN_LETTERS} letters, digits, - or _. "
             "Unset it, and a token is made for each run."
         )
 
@@ -170,7 +170,7 @@ def token_for_a_run() -> str:
     chosen = os.environ.get(TOKEN_VARIABLE, "")
     if not chosen:
         return secrets.token_urlsafe(TOKEN_BYTES)
-    if re.fullmatch(rf"[A-Za-z0-9_-]{{{LEAST_LETTERS},256}}", chosen, re.ASCII) is None:
+    if re.fullmatch(rf"[A-Za-z0-9_-]{{{MIN_LETTERS},256}}", chosen, re.ASCII) is None:
         raise BadToken
     return chosen
 

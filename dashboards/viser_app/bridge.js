@@ -23,11 +23,35 @@
       tab.dispatchEvent(new PointerEvent(kind, { ...at, bubbles: true, button: 0, pointerId: 1, isPrimary: true }));
     tab.click();
   };
+  // The tab in front is the page's own affair: the server does not hear of it. The address names it unless it is the
+  // first one.
+  const tabs = () => {
+    const known = [...document.querySelectorAll('[role="tab"]')].find((t) => t.textContent.trim() === "Belief");
+    return known ? [...known.closest('[role="tablist"]').querySelectorAll('[role="tab"]')] : [];
+  };
+  const front = () => tabs().findIndex((t) => t.getAttribute("aria-selected") === "true");
+  let query = null;
+  window.liosAddress = (said) => {
+    query = said;
+    const at = front();
+    const tab = at > 0 ? "&tab=" + encodeURIComponent(tabs()[at].textContent.trim()) : "";
+    history.replaceState(null, "", said + tab);
+  };
+  new MutationObserver(() => query === null || window.liosAddress(query)).observe(document.body, {
+    subtree: true,
+    attributeFilter: ["aria-selected"],
+  });
   const asked = window.location.search;
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const scheme = () => "scheme=" + (system.matches ? "dark" : "light");
+  system.addEventListener("change", () => window.liosCommand("address ?" + scheme()));
+  const wanted = new URLSearchParams(asked).get("tab");
   let tries = 0;
   const arrive = () => {
-    if (field()) window.liosCommand("address " + asked);
-    else if (tries++ < 600) setTimeout(arrive, 100);
+    if (field() && front() >= 0) {
+      if (tabs().some((t) => t.textContent.trim() === wanted)) window.liosTab(wanted);
+      window.liosCommand(`address ${asked || "?"}&${scheme()}`);
+    } else if (tries++ < 600) setTimeout(arrive, 100);
   };
   arrive();
 })();

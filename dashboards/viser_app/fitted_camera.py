@@ -14,7 +14,7 @@ from workbench.arrays import Floats
 UNMOVED_M = 0.02
 MAX_HISTORY = 8
 MAX_LATE_FITS = 5
-USUAL_ASPECT, LEAST_ASPECT = 1.6, 0.4
+USUAL_ASPECT, MIN_ASPECT = 1.6, 0.4
 """Width over height of a picture whose size is not known yet, and of the narrowest that a house is fitted to."""
 
 
@@ -75,7 +75,7 @@ class FittedCamera:
         if shape is None:
             return None
         wide, high = self._client.camera.image_width, self._client.camera.image_height
-        aspect = max(LEAST_ASPECT, wide / high) if high else USUAL_ASPECT
+        aspect = max(MIN_ASPECT, wide / high) if high else USUAL_ASPECT
         return fitted(shape, from_above=from_above, aspect=aspect)
 
 

@@ -10,7 +10,7 @@ from typing import final
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from google.protobuf.message import Message
 
-from recorders.foxglove import scene as viewer
+from recorders.foxglove import scene as foxglove_scene
 from workbench.execution.events import (
     ActionEnded,
     BeliefUpdated,
@@ -59,11 +59,11 @@ class ViewerMessages:
     def opening(self, stamp_ns: int) -> Iterator[ViewerMessage]:
         """The initial messages: map, scene and robot pose."""
         if self._place.occupancy is not None:
-            yield MAP, viewer.map_grid(self._place.occupancy, stamp_ns), stamp_ns
-        yield SCENE, viewer.scene(self._place.plan, stamp_ns), stamp_ns
+            yield MAP, foxglove_scene.map_grid(self._place.occupancy, stamp_ns), stamp_ns
+        yield SCENE, foxglove_scene.scene(self._place.plan, stamp_ns), stamp_ns
         if self._motion:
             yield from self._robot(self._place.standing.get(START, self._place.plan.start), stamp_ns)
-        yield LOG, viewer.words(f"Task: {self._title}", stamp_ns), stamp_ns
+        yield LOG, foxglove_scene.words(f"Task: {self._title}", stamp_ns), stamp_ns
 
     def tell(self, event: Event) -> Iterator[ViewerMessage]:
         """The viewer messages of one event, sorted by stamp."""
@@ -79,7 +79,7 @@ class ViewerMessages:
             case RunEnded():
                 level = Log.INFO if event.status is RunStatus.DONE else Log.WARNING
                 text = f"Ended: {event.status.value}, cost {event.cost:.1f} ({event.reason})"
-                yield LOG, viewer.words(text, event.stamp_ns, level=level), event.stamp_ns
+                yield LOG, foxglove_scene.words(text, event.stamp_ns, level=level), event.stamp_ns
                 yield SCENE, self._scene(event.stamp_ns), event.stamp_ns
             case _:
                 pass
@@ -88,7 +88,7 @@ class ViewerMessages:
         self._searched[event.container] = tuple(item.type for item in event.items)
         if not event.known_at_start:
             held = ", ".join(readable_name(item.type) for item in event.items) or "nothing"
-            yield LOG, viewer.words(f"{event.container} holds {held}", event.stamp_ns), event.stamp_ns
+            yield LOG, foxglove_scene.words(f"{event.container} holds {held}", event.stamp_ns), event.stamp_ns
 
     def _planned(self, event: PlanMade) -> Iterator[ViewerMessage]:
         stamp, plan = event.stamp_ns, event.made.plan
@@ -98,9 +98,9 @@ class ViewerMessages:
         steps = "; ".join(str(step) for step in plan.steps) or plan.note or "no steps"
         end = f"expected {plan.cost:.1f}" if plan.status is PlanStatus.SOLVED else plan.status.value
         text = f"Decision {event.decision} ({event.reason}): {steps}; {end}"
-        yield LOG, viewer.words(text, stamp), stamp
+        yield LOG, foxglove_scene.words(text, stamp), stamp
         yield SCENE, self._scene(stamp), stamp
-        yield PATH, viewer.path_ahead(self._ahead(event), stamp), stamp
+        yield PATH, foxglove_scene.path_ahead(self._ahead(event), stamp), stamp
 
     def _ahead(self, event: PlanMade) -> list[Point]:
         """The path ahead: to the first stop of the plan's find, and on through its targets."""
@@ -121,11 +121,11 @@ class ViewerMessages:
                 yield from self._robot(pose, stamp)
         if not event.success:
             text = f"{event.step} failed: {event.reason}"
-            yield LOG, viewer.words(text, event.stamp_ns, level=Log.WARNING), event.stamp_ns
+            yield LOG, foxglove_scene.words(text, event.stamp_ns, level=Log.WARNING), event.stamp_ns
 
     def _robot(self, pose: Pose, stamp_ns: int) -> Iterator[ViewerMessage]:
-        yield TF, viewer.robot_transforms(pose, stamp_ns), stamp_ns
-        yield POSE, viewer.robot_pose(pose, stamp_ns), stamp_ns
+        yield TF, foxglove_scene.robot_transforms(pose, stamp_ns), stamp_ns
+        yield POSE, foxglove_scene.robot_pose(pose, stamp_ns), stamp_ns
 
     def _scene(self, stamp_ns: int) -> Message:
         belief = None if self._believed is None else self._believed.belief
@@ -133,7 +133,7 @@ class ViewerMessages:
         if belief is not None and self._sought in belief.item_types:
             row = belief.probability[list(belief.item_types).index(self._sought)]
             probability = dict(zip(belief.containers, (float(p) for p in row), strict=True))
-        return viewer.scene(
+        return foxglove_scene.scene(
             self._place.plan, stamp_ns, sought=self._sought, probability=probability, searched=self._searched
         )
 
@@ -141,7 +141,7 @@ class ViewerMessages:
 def poses_along(event: ActionEnded) -> Iterator[tuple[Pose, int]]:
     """The robot's poses during an action, with stamps interpolated by distance."""
     points = [*event.path[:1], *(p for a, b in pairwise(event.path) for p in _between(a, b))]
-    poses = viewer.facing(points)
+    poses = foxglove_scene.facing(points)
     gone = [0.0]
     for a, b in pairwise(points):
         gone.append(gone[-1] + hypot(b[0] - a[0], b[1] - a[1]))

@@ -16,8 +16,10 @@ import numpy as np
 
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.results import Assignment, WorldGroup
+from replayers.tables.html_tables import html_table
 from workbench.arrays import Bools, Ints
 from workbench.evaluation.statistics import Estimate, paired_difference
+from workbench.terminal import counted
 from workbench.tolerances import NEAR_COST
 
 MAX_PAIRS = 1_000_000
@@ -77,6 +79,19 @@ class StrategyComparison:
     drawn: Estimate | None
     true: Estimate | None
     differences: tuple[CostDifference, ...]
+
+    def _repr_html_(self) -> str:
+        """A table of one row, as a notebook shows it."""
+        return comparisons_html((self,))
+
+
+def comparisons_html(pairs: Iterable[StrategyComparison]) -> str:
+    """A table with one row for each pair: on how many logs which of the two is cheaper in every consistent world."""
+    listed = tuple(pairs)
+    head = ("a", "b", "logs", "a wins", "b wins", "equal", "undecided", "mean of a - b from", "to")
+    rows = ((p.a, p.b, p.logs, p.wins, p.loses, p.equal, p.undecided, p.least, p.most) for p in listed)
+    title = f"{counted(len(listed), 'pair')} of strategies"
+    return html_table(title, head, rows, note="A win is a lower cost in every world that agrees with the log.")
 
 
 def compare(records: Iterable[StoredReplay], *, rng: np.random.Generator) -> tuple[StrategyComparison, ...]:

@@ -81,7 +81,7 @@ class LogReplayer:
         self._log = str(log)
         self._wanted = wanted
         self._run: Run | None = None
-        self._ground: PreparedLog | LiosError | None = None
+        self._prepared: PreparedLog | LiosError | None = None
         try:
             self._run = read(log, with_truth=wanted.settings.with_truth)
         except LiosError as error:
@@ -100,22 +100,22 @@ class LogReplayer:
 
     def made(self, name: str) -> Outcome:
         """A strategy replayed over this log, and stored where that is wanted."""
-        ground = self.ground
-        if not isinstance(ground, PreparedLog):
-            return LogFailed(log=self._log, strategy=name, reason=str(ground))
+        prepared = self.prepared
+        if not isinstance(prepared, PreparedLog):
+            return LogFailed(log=self._log, strategy=name, reason=str(prepared))
         path, key = self._path(name), self._key(name)
         same = path is not None and not self._may_have_changed(name) and _has_key(path, key)
-        return _one(ground, name, key, path, self._wanted, same=same)
+        return _one(prepared, name, key, path, self._wanted, same=same)
 
     @property
-    def ground(self) -> PreparedLog | LiosError:
+    def prepared(self) -> PreparedLog | LiosError:
         """The prepared log, or the reason why it cannot be prepared."""
-        if self._ground is None:
+        if self._prepared is None:
             try:
-                self._ground = prepare_log(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
+                self._prepared = prepare_log(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
             except LiosError as error:
-                self._ground = error
-        return self._ground
+                self._prepared = error
+        return self._prepared
 
     @property
     def run(self) -> Run:
@@ -125,8 +125,8 @@ class LogReplayer:
     def load(self, name: str) -> None:
         """Runs a strategy over the log alone to load its code, so that forked processes have it."""
         with suppress(LiosError):  # it will be told where the strategy is replayed
-            if isinstance(self.ground, PreparedLog) and not self._wanted.is_foreign(name):
-                over_log_alone(self.ground, strategy(name, origin=self._wanted.origin))
+            if isinstance(self.prepared, PreparedLog) and not self._wanted.is_foreign(name):
+                over_log_alone(self.prepared, strategy(name, origin=self._wanted.origin))
 
     def _may_have_changed(self, name: str) -> bool:
         """Whether the strategy or the estimator is code or a file from outside, which no key tells apart."""
@@ -187,24 +187,24 @@ def gc_frozen() -> Generator[None]:
 
 
 def _one(
-    ground: PreparedLog, name: str, key: str, path: Path | None, wanted: ReplayRequest, *, same: bool
+    prepared: PreparedLog, name: str, key: str, path: Path | None, wanted: ReplayRequest, *, same: bool
 ) -> Outcome:
     try:
-        made = replay_on(ground, name, origin=wanted.origin, worlds=wanted.worlds)
+        made = replay_on(prepared, name, origin=wanted.origin, worlds=wanted.worlds)
     except LiosError as error:
-        return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
-    record = to_stored(ground, made, key=key)
+        return LogFailed(log=prepared.evidence.path, strategy=name, reason=str(error))
+    record = to_stored(prepared, made, key=key)
     if path is not None:
         if wanted.write_logs and made.status is RunStatus.NOT_REPRODUCED:
             for world in ("", *WORLDS):
                 log_path(path, world).unlink(missing_ok=True)
         elif wanted.write_logs:
-            _write_logs(path, ground, made, same=same)
+            _write_logs(path, prepared, made, same=same)
         write_replay(path, record)
     return record
 
 
-def _write_logs(path: Path, ground: PreparedLog, made: Replay, *, same: bool) -> None:
+def _write_logs(path: Path, prepared: PreparedLog, made: Replay, *, same: bool) -> None:
     """Writes the recordings of a stored replay; recordings in worlds are removed first if they are of an earlier
     replay."""
     from replayers.batch.replay_log import write_replay_log
@@ -212,9 +212,9 @@ def _write_logs(path: Path, ground: PreparedLog, made: Replay, *, same: bool) ->
     if not same:
         for world in WORLDS:
             log_path(path, world).unlink(missing_ok=True)
-    write_replay_log(log_path(path), ground, made, force=True)
+    write_replay_log(log_path(path), prepared, made, force=True)
     for world in made.worlds:
-        write_replay_log(log_path(path, world), ground, made, world=world, force=True)
+        write_replay_log(log_path(path, world), prepared, made, world=world, force=True)
 
 
 def _has_key(path: Path, key: str) -> bool:

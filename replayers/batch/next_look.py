@@ -128,10 +128,10 @@ def looks_by_log(
         except LiosError:
             continue  # its row says why it was not replayed
         replays = by_log.get(run.sha256, [])
-        ground = prepare_log(run, settings, with_ways=False) if replays else None
-        if ground is None or ground.worlds is None:
+        prepared = prepare_log(run, settings, with_ways=False) if replays else None
+        if prepared is None or prepared.worlds is None:
             continue
-        worlds, doubtful = ground.worlds, ground.evidence.doubtful
+        worlds, doubtful = prepared.worlds, prepared.evidence.doubtful
         costs = {r.strategy: np.array(r.drawn) for r in replays}
         looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
         if looks:

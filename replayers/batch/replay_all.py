@@ -156,7 +156,7 @@ def _much_to_make(one: LogReplayer, wanted: ReplayRequest) -> tuple[str, ...]:
     if one.failure is not None:
         return ()
     names = tuple(name for name in wanted.strategies if one.known_outcome(name) is None)
-    if not names or not isinstance(one.ground, PreparedLog) or len(one.ground.evidence.open) < FEW_OPEN:
+    if not names or not isinstance(one.prepared, PreparedLog) or len(one.prepared.evidence.open) < FEW_OPEN:
         return ()
     return names
 

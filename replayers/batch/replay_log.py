@@ -26,7 +26,9 @@ IN_WORDS = {
 }
 
 
-def write_replay_log(path: Path, ground: PreparedLog, made: Replay, *, world: str = "", force: bool = False) -> None:
+def write_replay_log(
+    path: Path, prepared: PreparedLog, made: Replay, *, world: str = "", force: bool = False
+) -> None:
     """Records a replay as MCAP.
 
     Args:
@@ -35,33 +37,33 @@ def write_replay_log(path: Path, ground: PreparedLog, made: Replay, *, world: st
     Raises:
         OutputExists: the file exists and force is not given.
     """
-    evidence = ground.evidence
+    evidence = prepared.evidence
     path.parent.mkdir(parents=True, exist_ok=True)
     with RunRecorder(
         path,
-        info=replay_info(ground, made, world),
+        info=replay_info(prepared, made, world),
         place=evidence.place,
         task=evidence.task,
         costs=evidence.costs,
         force=force,
-        settings=estimator_to_settings(ground.estimator),
+        settings=estimator_to_settings(prepared.estimator),
     ) as recorder:
         for event in made.worlds[world] if world else made.events:
             recorder.record(event)
 
 
-def replay_info(ground: PreparedLog, made: Replay, world: str = "") -> RunInfo:
+def replay_info(prepared: PreparedLog, made: Replay, world: str = "") -> RunInfo:
     """The identity of a replay: the run's, with another strategy and its origin."""
-    info = ground.evidence.info
-    identity = (ground.evidence.sha256, made.strategy, ground.draws, *([world] if world else []))
+    info = prepared.evidence.info
+    identity = (prepared.evidence.sha256, made.strategy, prepared.draws, *([world] if world else []))
     replayed = msgspec.structs.replace(
         info,
         run_id=run_id(" ".join(identity)),
         strategy=made.strategy,
-        estimator=ground.estimator.name,
+        estimator=prepared.estimator.name,
         source="replay",
         origin_run=info.run_id,
-        origin_sha256=ground.evidence.sha256,
+        origin_sha256=prepared.evidence.sha256,
         title=f"{made.strategy} {IN_WORDS[world]} of {info.run_id}: {info.title}".strip(": "),
     )
     return written_here(replayed)

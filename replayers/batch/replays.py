@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from replayers.batch.breakdown import fewest_misses
-from replayers.batch.compare import StrategyComparison, runs_once
+from replayers.batch.compare import StrategyComparison, comparisons_html, runs_once
 from replayers.batch.compare import compare as compare_records
 from replayers.batch.next_look import ContainerLook, best_looks
 from replayers.batch.replay_all import LogFailed, Outcome, ReplayRequest, logs_among, replay_all, strategies_named
 from replayers.batch.split_runs import join_first, parts_of_one_run
-from replayers.batch.store import StoredReplay, replays_in
+from replayers.batch.store import StoredReplay, replays_html, replays_in
 from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.counterfactual.sandbox import is_foreign, loading_fault, require_planner
 from replayers.runs.run import Run
@@ -25,6 +25,7 @@ from workbench.errors import BadValue
 from workbench.planning.strategies import StrategyNotLoaded
 from workbench.plugins import NameOrigin
 from workbench.remote.path import path_of
+from workbench.terminal import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,6 +57,11 @@ class Replays:
     def __iter__(self) -> Iterator[StoredReplay]:
         return iter([o for o in self.outcomes if isinstance(o, StoredReplay)])
 
+    def _repr_html_(self) -> str:
+        """A table of the replays, as a notebook shows it."""
+        failed = f"{counted(len(self.failed), 'replay')} failed: see .failed" if self.failed else ""
+        return replays_html(self, note=failed)
+
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
@@ -77,6 +83,16 @@ class Replays:
         from replayers.batch.replay_tables import steps_frame
 
         return steps_frame(self)
+
+
+@final
+class Comparisons(tuple[StrategyComparison, ...]):
+    """Pairs of strategies, in a tuple that a notebook shows as a table."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        return comparisons_html(self)
 
 
 def replay(
@@ -134,9 +150,7 @@ def replay(
     return Replays(outcomes=tuple(outcomes), logs=files, settings=settings, not_loaded=MappingProxyType(not_loaded))
 
 
-def compare(
-    replays: Iterable[StoredReplay] | Path | str, *, rng: np.random.Generator | None = None
-) -> tuple[StrategyComparison, ...]:
+def compare(replays: Iterable[StoredReplay] | Path | str, *, rng: np.random.Generator | None = None) -> Comparisons:
     """Compare every pair of strategies that were replayed over the same logs, world by world.
 
     Args:
@@ -148,7 +162,7 @@ def compare(
     """
     records = replays_in(Path(replays)) if isinstance(replays, str | os.PathLike) else replays
     kept, _ = runs_once(fewest_misses(records))
-    return compare_records(kept, rng=rng or np.random.default_rng(0))
+    return Comparisons(compare_records(kept, rng=rng or np.random.default_rng(0)))
 
 
 def look_next(replays: Replays) -> tuple[ContainerLook, ...]:

@@ -6,7 +6,7 @@ The file's key covers everything that the result depends on; a replay with the s
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,10 +15,12 @@ import msgspec
 
 from replayers.counterfactual.durations import Durations
 from replayers.counterfactual.results import BoundFigures, Estimate, WorldGroup
+from replayers.tables.html_tables import html_table
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import ActionEnded
 from workbench.files import file_name_of, write_atomically
+from workbench.terminal import counted
 
 if TYPE_CHECKING:  # stored replays are read without importing what makes them
     from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings
@@ -118,11 +120,39 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     contradicting: tuple[str, ...] = ()
     corrections: tuple[str, ...] = ()
 
+    def _repr_html_(self) -> str:
+        """A table of one row, as a notebook shows it."""
+        return replays_html((self,))
 
-def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
+
+def replays_html(replays: Iterable[StoredReplay], *, note: str = "") -> str:
+    """A table with one row for each replay: its cost, as far as the log can tell, and how its run ended.
+
+    Args:
+        note: a line below it.
+    """
+    listed = tuple(replays)
+    head = ("log", "driven", "strategy", "at least", "at most", "estimate", "exact", "status")
+    rows = (
+        (
+            Path(r.log).name,
+            r.recorded_strategy,
+            r.strategy,
+            r.bounds.lower if r.bounds else None,
+            r.bounds.upper if r.bounds else None,
+            r.estimate.mean if r.estimate else None,
+            r.exact,
+            r.status,
+        )
+        for r in listed
+    )
+    return html_table(counted(len(listed), "replay"), head, rows, note=note)
+
+
+def to_stored(prepared: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
     """A replay in the form in which it is stored."""
-    evidence = ground.evidence
-    outcome = ground.recorded
+    evidence = prepared.evidence
+    outcome = prepared.recorded
     bounds = made.bounds
     return StoredReplay(
         key=key,
@@ -131,13 +161,13 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         sha256=evidence.sha256,
         complete_log=evidence.complete,
         place=evidence.info.place,
-        place_sha256=ground.place_sha256,
+        place_sha256=prepared.place_sha256,
         scenario=evidence.info.scenario,
         source=evidence.info.source,
         recorded_strategy=evidence.info.strategy,
         recorded_status=outcome.status if outcome else "cut off",
         recorded_cost=outcome.cost if outcome else None,
-        reproduced=ground.reproduction.same,
+        reproduced=prepared.reproduction.same,
         strategy=made.strategy,
         status=made.status.value,
         reason=made.reason,
@@ -149,30 +179,34 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         support=dict(made.support),
         searches=made.searches,
         seconds=made.seconds,
-        seconds_rms=ground.durations.spread_s(made.events) if ground.is_fitted else None,
-        durations=ground.durations if ground.is_fitted else None,
+        seconds_rms=prepared.durations.spread_s(made.events) if prepared.is_fitted else None,
+        durations=prepared.durations if prepared.is_fitted else None,
         true_cost=made.true_cost,
         true_status=made.true_status,
         groups=bounds.groups if bounds else (),
         if_beliefs_stand=made.if_beliefs_stand.figures if made.if_beliefs_stand else None,
         drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
-        draws=ground.draws,
+        draws=prepared.draws,
         asked=made.asked,
-        steady_beliefs=ground.steady,
+        steady_beliefs=prepared.static_beliefs,
         steps=tuple(_step(e) for e in made.events if isinstance(e, ActionEnded)),
         notes=made.notes,
         lost=evidence.gaps.lost,
         imputed=evidence.imputed,
         misses=evidence.misses,
         may_have_missed=evidence.doubtful,
-        contradicting=ground.contradicting,
+        contradicting=prepared.contradicting,
         corrections=tuple(correction.words for correction in evidence.corrections),
     )
 
 
 def replay_key(sha256: str, strategy: str, settings: ReplaySettings) -> str:
-    """Hash of everything that a result depends on: the log's bytes, the strategy, the settings, the version."""
-    parts = (__version__, RECORD_VERSION, sha256, strategy, repr(settings))
+    """Hash of everything that a result depends on: the log's bytes, the strategy, the settings, the version.
+
+    Settings are hashed under the name that their budget had first, so that earlier replays stay valid.
+    """
+    as_hashed_before = repr(settings).replace("Budget(segments=", "Budget(stretches=")
+    parts = (__version__, RECORD_VERSION, sha256, strategy, as_hashed_before)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 

@@ -160,9 +160,9 @@ def _with_truth(run: Run, name: str, origin: NameOrigin) -> Iterable[Event]:
 
     if run.truth is None:
         raise Unsupported(f"{run.path}: {name} knows the whole house, and this log holds no ground truth.")
-    ground = prepare_log(run, ReplaySettings(worlds=0, with_truth=True))
-    ground = replace(ground, estimator=_believer(run, ground.evidence)[0])
-    return in_truth(ground, strategy(name, origin=origin, house=ground.truth))
+    prepared = prepare_log(run, ReplaySettings(worlds=0, with_truth=True))
+    prepared = replace(prepared, estimator=_believer(run, prepared.evidence)[0])
+    return in_truth(prepared, strategy(name, origin=origin, house=prepared.truth))
 
 
 def _compared(run: Run, events: Iterable[Event], notes: tuple[str, ...]) -> Verification:

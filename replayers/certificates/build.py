@@ -46,24 +46,24 @@ class NotCertifiable(Unsupported):
         super().__init__(f"{log}: {why}, and certificates do not cover that. Use lios replay: its bounds do.")
 
 
-def certificate(ground: PreparedLog, planner: Strategy, *, most_branches: int = MAX_BRANCHES) -> Claim:
+def certificate(prepared: PreparedLog, planner: Strategy, *, max_branches: int = MAX_BRANCHES) -> Claim:
     """The certificate of a strategy over a prepared log.
 
     Raises:
         NotCertifiable: a log that is not whole or shows refused actions, or a goal with preparations; or a strategy
             that breaks in some world.
     """
-    evidence = ground.evidence
-    _require_plain(ground, evidence)
-    tree = run_tree_of(ground, planner)
-    writer = _TreeWriter(tree=tree, left=most_branches, failure=evidence.task.failure_cost)
+    evidence = prepared.evidence
+    _require_plain(prepared, evidence)
+    tree = run_tree_of(prepared, planner)
+    writer = _TreeWriter(tree=tree, left=max_branches, failure=evidence.task.failure_cost)
     root = writer.node(tree.root, 0.0, {})
     return Claim(
         log=evidence.path.rpartition("/")[2],
         log_sha256=evidence.sha256,
         strategy=planner.name,
         strategy_version=f"{__version__} {revision().commit}".strip(),
-        estimator=ground.estimator.name,
+        estimator=prepared.estimator.name,
         types=tree.relevance.types,
         failure_cost=evidence.task.failure_cost,
         lower=writer.bound(low=True),
@@ -72,11 +72,11 @@ def certificate(ground: PreparedLog, planner: Strategy, *, most_branches: int = 
     )
 
 
-def _require_plain(ground: PreparedLog, evidence: Evidence) -> None:
+def _require_plain(prepared: PreparedLog, evidence: Evidence) -> None:
     log = evidence.path
-    if not ground.claims:
+    if not prepared.claims:
         raise NotCertifiable(
-            log, f"the recorded strategy does not do here what was recorded ({ground.reproduction.why})"
+            log, f"the recorded strategy does not do here what was recorded ({prepared.reproduction.why})"
         )
     if not evidence.complete or evidence.gaps.lost:
         raise NotCertifiable(log, "the log is not whole")
@@ -90,7 +90,7 @@ def _require_plain(ground: PreparedLog, evidence: Evidence) -> None:
         raise NotCertifiable(log, "actions were refused in it")
     if prepares(evidence.task.goal):
         raise NotCertifiable(log, "its goal needs preparations")
-    if ground.settings.assumptions != Assumptions():
+    if prepared.settings.assumptions != Assumptions():
         raise NotCertifiable(log, "other assumptions than the usual ones are made")
 
 

@@ -68,7 +68,7 @@ class ClaimedLook(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ClaimedNode(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A stretch of the run; then a look, an end, or an outer bound: exactly one of them."""
+    """A segment of the run; then a look, an end, or an outer bound: exactly one of them."""
 
     steps: tuple[ClaimedStep, ...] = ()
     look: ClaimedLook | None = None

@@ -44,7 +44,7 @@ def certify(
     run = read(log)
     origin = NameOrigin.USER if strategy else NameOrigin.LOG
     planner = strategy_named(strategy or run.info.strategy, origin=origin)
-    claim = certificate(prepare_log(run, ReplaySettings(worlds=0), with_ways=False), planner, most_branches=branches)
+    claim = certificate(prepare_log(run, ReplaySettings(worlds=0), with_ways=False), planner, max_branches=branches)
     values = sealed(claim)
     write_claim(output, values, force=force)
     lower, upper = claim.lower, claim.upper

@@ -146,7 +146,7 @@ def replay(
         estimator_origin=NameOrigin.USER,
         ask=ask_whom(estimator, ask=ask),
         worlds=worlds,
-        budget=Budget(stretches=budget),
+        budget=Budget(segments=budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique, misses=misses),
         with_truth=with_truth,
         timeout_s=timeout,

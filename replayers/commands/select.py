@@ -90,7 +90,7 @@ def select(
         estimator_origin=NameOrigin.USER,
         ask=ask_whom(estimator, ask=ask),
         worlds=worlds,
-        budget=Budget(stretches=budget),
+        budget=Budget(segments=budget),
         seed=seed,
     )
     made = replay_candidates(

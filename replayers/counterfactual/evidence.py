@@ -86,7 +86,7 @@ class Evidence:
         left: those of them that are still where they were after it (a failed grasp); the others are gone.
         walked, done: legs walked and manipulations made while recording: they tag a step as "logged".
         first_belief: per (item type, container), the first probability that the log holds.
-        steady: whether no later belief of the log differs from the first one about the same pair.
+        static_beliefs: whether no later belief of the log differs from the first one about the same pair.
         imputed: containers whose contents nobody saw: the log is of a replay in an imagined world.
         rounded: the log is of a release that rounded beliefs (vocabulary.ROUNDED_BEFORE): they are not quite what the
             robot believed.
@@ -119,7 +119,7 @@ class Evidence:
     walked: frozenset[Leg] = frozenset()
     done: frozenset[Deed] = frozenset()
     first_belief: Mapping[tuple[str, str], float] = field(default_factory=lambda: MappingProxyType({}))
-    steady: bool = True
+    static_beliefs: bool = True
     imputed: tuple[ContainerId, ...] = ()
     rounded: bool = False
     misses: int = 0
@@ -194,7 +194,7 @@ def evidence_of(run: Run) -> Evidence:
     seen = tuple(o for o in run.observations if _is_certain(o, gaps))
     contents, odd = contents_at_start(seen, run.actions, containers)
     rounded = run.info.schema_version < ROUNDED_BEFORE
-    probabilities, steady, strange = first_belief(run.beliefs, containers, rounded=rounded)
+    probabilities, static_beliefs, strange = first_belief(run.beliefs, containers, rounded=rounded)
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
     known = _known_at_start(run, contents)
     contents, corrections, corrected = with_corrections(contents, known, run)
@@ -216,7 +216,7 @@ def evidence_of(run: Run) -> Evidence:
         walked=frozenset((LocationId(a.origin), LocationId(a.target)) for a in run.actions if a.action == "move"),
         done=successful_manipulations(run.actions),
         first_belief=probabilities,
-        steady=steady and not gaps.beliefs,
+        static_beliefs=static_beliefs and not gaps.beliefs,
         rounded=rounded,
         imputed=imputed,
         perception=perception_from_settings(run.settings),

@@ -106,7 +106,7 @@ def first_belief(
     """
     near = NEAR_ROUNDED if rounded else 0.0
     first: dict[tuple[str, str], float] = {}
-    steady = True
+    static_beliefs = True
     strange: dict[str, None] = {}
     for update in beliefs:
         for item_type, row in zip(update.item_types, update.probability, strict=False):
@@ -115,8 +115,8 @@ def first_belief(
                     strange[f"the log has a belief for {container}, which this place does not have; left out"] = None
                     continue
                 before = first.setdefault((item_type, container), probability)
-                steady = steady and abs(before - probability) <= near
-    return MappingProxyType(first), steady, tuple(strange)
+                static_beliefs = static_beliefs and abs(before - probability) <= near
+    return MappingProxyType(first), static_beliefs, tuple(strange)
 
 
 def looks_in_order(observations: Iterable[Observation]) -> Mapping[ContainerId, tuple[tuple[Item, ...], ...]]:

@@ -129,8 +129,8 @@ class EstimatorChoice:
 
     Attributes:
         estimator: what is asked.
-        steady: it goes by names alone; otherwise it learns from all that is seen, and what else lies in an open
-            container would move it.
+        static_beliefs: it goes by names alone; otherwise it learns from all that is seen, and what else lies in an
+            open container would move it.
         rounded: it answers with beliefs that the log rounded; decisions by them may have been others.
         hypothetical: somebody asked for these beliefs, whatever the run's were; the recorded strategy need not do
             with them what it did.
@@ -138,7 +138,7 @@ class EstimatorChoice:
     """
 
     estimator: Estimator
-    steady: bool
+    static_beliefs: bool
     rounded: bool = False
     hypothetical: bool = False
     note: str = ""
@@ -173,7 +173,7 @@ def estimator_for(
     may_ask: bool = False,
     limit_s: float | None = None,
 ) -> EstimatorChoice:
-    """Who believes in a replay.
+    """The estimator whose beliefs a replay uses.
 
     Args:
         name: "log" takes the log's first belief where it never changed and was not rounded, and the estimator that
@@ -194,21 +194,21 @@ def estimator_for(
         if not whole or other_memory:
             why = "leaves containers out" if not whole else "does not know what --memory remembers"
             raise NoBelief(evidence.path, recorded, f"the log's first belief {why}")
-        return _first_of(evidence, hypothetical=not evidence.steady)
+        return _first_of(evidence, hypothetical=not evidence.static_beliefs)
     if name != "log":
         found = estimator_of(evidence, name, origin, may_ask=may_ask, limit_s=limit_s)
         other = found.name != recorded
         note = f"beliefs by {found.name}; the run used {recorded}" if other else ""
-        steady = (name in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
-        return EstimatorChoice(estimator=found, steady=steady, hypothetical=other, note=note)
+        static = (name in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
+        return EstimatorChoice(estimator=found, static_beliefs=static, hypothetical=other, note=note)
     kind = recorded.partition("@")[0]
     follows = evidence.asking is not None and not evidence.asking.names_alone
-    stays = evidence.steady and whole and kind not in LEARNING and evidence.memory is None and not follows
+    stays = evidence.static_beliefs and whole and kind not in LEARNING and evidence.memory is None and not follows
     if stays and not evidence.rounded:
         return _first_of(evidence)
     found = by_answers(evidence)
     if found is not None:
-        return EstimatorChoice(estimator=found, steady=not follows, note=LEARNS if follows else "")
+        return EstimatorChoice(estimator=found, static_beliefs=not follows, note=LEARNS if follows else "")
     held = whole and not other_memory
     try:
         found = estimator_of(evidence, kind, NameOrigin.LOG, limit_s=limit_s)
@@ -219,9 +219,10 @@ def estimator_for(
     same = without_memory(found.name) == without_memory(recorded)
     if not same and held:
         return _first_of(evidence, note="" if stays else HELD)
-    steady = (kind in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
+    static = (kind in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
     other = "" if same else f"beliefs by {found.name}; the run used {recorded}. "
-    return EstimatorChoice(estimator=found, steady=steady, note=(other + ("" if steady else LEARNS)).rstrip(". "))
+    note = (other + ("" if static else LEARNS)).rstrip(". ")
+    return EstimatorChoice(estimator=found, static_beliefs=static, note=note)
 
 
 def estimator_of(
@@ -266,7 +267,7 @@ def _first_of(evidence: Evidence, *, hypothetical: bool = False, note: str = "")
     words = ". ".join(w for w in (note, ROUNDED if evidence.rounded else "") if w)
     return EstimatorChoice(
         estimator=LoggedBelief(evidence),
-        steady=True,
+        static_beliefs=True,
         rounded=evidence.rounded,
         hypothetical=hypothetical,
         note=words,

@@ -91,7 +91,7 @@ class PreparedLog:
 
     Attributes:
         evidence: what the log makes certain.
-        estimator, steady: who believes, and whether it goes by names alone (logged_belief.py).
+        estimator, static_beliefs: who believes, and whether it goes by names alone (logged_belief.py).
         worlds: drawn once for all strategies, so that comparisons are paired.
         truth: the recorded truth, where it may be used.
         recorded: the end of the recorded run; None where the log is cut off before it.
@@ -109,7 +109,7 @@ class PreparedLog:
 
     evidence: Evidence
     estimator: Estimator
-    steady: bool
+    static_beliefs: bool
     worlds: SampledWorlds | None
     durations: Durations
     truth: House | None
@@ -156,7 +156,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     types = relevant_types(as_logged.task.goal)
     contradicting = contradicting_types(as_logged, relevance_of(as_logged, types, settings.assumptions))
     evidence = replace(as_logged, misses=max(settings.assumptions.misses or 0, len(contradicting)))
-    believer = estimator_for(
+    choice = estimator_for(
         evidence,
         types,
         name=settings.estimator,
@@ -165,15 +165,15 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         may_ask=settings.ask,
         limit_s=inf if settings.in_process else settings.timeout_s,
     )
-    estimator = believer.estimator
-    hypothetical = believer.hypothetical or other_memory
+    estimator = choice.estimator
+    hypothetical = choice.hypothetical or other_memory
     robot = evidence.info.source not in SIMULATED_SOURCES
     reproduction = reproduce(run, as_logged, estimator)
     durations = fitted_durations(run.actions) if robot else SIMULATED
-    ground = PreparedLog(
+    prepared = PreparedLog(
         evidence=evidence,
         estimator=estimator,
-        steady=believer.steady,
+        static_beliefs=choice.static_beliefs,
         worlds=None,
         durations=durations,
         truth=house_from_truth(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
@@ -182,35 +182,35 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, drawer_of(estimator, settings)),
         paths=evidence.place.paths() if with_ways else NoPaths(evidence),
-        exact_beliefs=not believer.rounded,
+        exact_beliefs=not choice.rounded,
         contradicting=contradicting,
         reproduction=reproduction,
         claims=hypothetical or reproduction.same is not False,
         notes=tuple(
             note
             for note in (
-                *_notes(evidence, believer, durations if robot else None, reproduction, hypothetical=hypothetical),
+                *_notes(evidence, choice, durations if robot else None, reproduction, hypothetical=hypothetical),
                 misses_note(evidence, contradicting),
             )
             if note
         ),
     )
     try:
-        return replace(ground, worlds=_sample_worlds(ground, types))
+        return replace(prepared, worlds=_sample_worlds(prepared, types))
     except NotAnswered as error:
-        return replace(ground, notes=(*ground.notes, f"no estimate: {error}"))
+        return replace(prepared, notes=(*prepared.notes, f"no estimate: {error}"))
 
 
 def _notes(
     evidence: Evidence,
-    believer: EstimatorChoice,
+    choice: EstimatorChoice,
     durations: Durations | None,
     reproduction: Reproduction,
     *,
     hypothetical: bool,
 ) -> tuple[str, ...]:
     """What is to be known of all replays over a log; an empty one says nothing."""
-    words = (*evidence.notes, believer.note, durations.words() if durations else "")
+    words = (*evidence.notes, choice.note, durations.words() if durations else "")
     if reproduction.same is not False:
         return words
     if hypothetical:
@@ -244,17 +244,17 @@ def drawer_of(estimator: Estimator, settings: ReplaySettings) -> Estimator:
     return estimator_named(settings.drawn_by, origin=NameOrigin.LOG) if settings.drawn_by else estimator
 
 
-def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledWorlds | None:
+def _sample_worlds(prepared: PreparedLog, types: tuple[ItemType, ...]) -> SampledWorlds | None:
     """Worlds for the estimate, sampled from the belief given all that the log shows."""
-    evidence, settings = ground.evidence, ground.settings
+    evidence, settings = prepared.evidence, prepared.settings
     if settings.worlds <= 0:
         return None
     relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
     all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
-    believed = drawer_of(ground.estimator, settings).believe(all_seen, relevance.types)
+    believed = drawer_of(prepared.estimator, settings).believe(all_seen, relevance.types)
     belief = believe_scenario_items(believed, evidence.task, evidence.place.plan)
     if evidence.misses:
-        belief = _with_doubtful(ground, belief)
+        belief = _with_doubtful(prepared, belief)
     return sample_worlds(
         evidence,
         relevance,
@@ -265,12 +265,12 @@ def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledW
     )
 
 
-def _with_doubtful(ground: PreparedLog, belief: Belief) -> Belief:
+def _with_doubtful(prepared: PreparedLog, belief: Belief) -> Belief:
     """A belief that also names the containers that were looked into: what was believed of them at the start."""
-    evidence = ground.evidence
+    evidence = prepared.evidence
     at_start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
     before = believe_scenario_items(
-        drawer_of(ground.estimator, ground.settings).believe(at_start, belief.item_types),
+        drawer_of(prepared.estimator, prepared.settings).believe(at_start, belief.item_types),
         evidence.task,
         evidence.place.plan,
     )

@@ -76,7 +76,7 @@ class Replay:
         if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
             task's types; where the log rounded them: the bounds of whoever believes the rounded ones; None where the
             bounds need no such condition.
-        stretches: how many stretches of the loop were run for bounds and estimate.
+        segments: how many segments of the loop were run for bounds and estimate.
         worlds: per kind of world that one can look at ("best", "worst", "drawn"), the events of the run in it.
         asked: open containers that it looks into in some world, as far as it was followed.
     """
@@ -95,7 +95,7 @@ class Replay:
     drawn: Floats | None
     events: tuple[Event, ...]
     if_beliefs_stand: Bounds | None = None
-    stretches: int = 0
+    segments: int = 0
     asked: tuple[ContainerId, ...] = ()
     worlds: Mapping[str, tuple[Event, ...]] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
@@ -123,7 +123,7 @@ def replay(
 
 
 def replay_on(
-    ground: PreparedLog, strategy_name: str, *, origin: NameOrigin = NameOrigin.LOG, worlds: Sequence[str] = ()
+    prepared: PreparedLog, strategy_name: str, *, origin: NameOrigin = NameOrigin.LOG, worlds: Sequence[str] = ()
 ) -> Replay:
     """Replays one strategy over a prepared log.
 
@@ -136,39 +136,39 @@ def replay_on(
         NotFromLog: a name that only a user may give.
         Unsupported: the oracle without the truth.
     """
-    if not ground.claims:
-        return _not_reproduced(ground, resolved_name(strategy_name))
+    if not prepared.claims:
+        return _not_reproduced(prepared, resolved_name(strategy_name))
     if needs_truth(strategy_name):
-        return _in_truth_only(ground, strategy_name, origin)
+        return _in_truth_only(prepared, strategy_name, origin)
     if is_foreign(strategy_name, origin=origin):
-        limit_s, here = ground.settings.timeout_s, ground.settings.in_process
+        limit_s, here = prepared.settings.timeout_s, prepared.settings.in_process
         with foreign_planner(strategy_name, origin=origin, timeout_s=limit_s, in_process=here) as planner:
-            return replay_strategy(ground, planner, worlds=worlds)
-    return replay_strategy(ground, strategy(strategy_name, origin=origin), worlds=worlds)
+            return replay_strategy(prepared, planner, worlds=worlds)
+    return replay_strategy(prepared, strategy(strategy_name, origin=origin), worlds=worlds)
 
 
-def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:
+def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:
     """Replays a strategy over a prepared log."""
-    if not ground.claims:
-        return _not_reproduced(ground, planner.name)
-    evidence, settings = ground.evidence, ground.settings
-    alone = over_log_alone(ground, planner)
-    ended = _undetermined_if_contradicted(_ended(alone), ground)
-    tree = run_tree_of(ground, planner)
-    bounds = bounds_of(tree, budget=settings.budget, memory=ground.memory)
+    if not prepared.claims:
+        return _not_reproduced(prepared, planner.name)
+    evidence, settings = prepared.evidence, prepared.settings
+    alone = over_log_alone(prepared, planner)
+    ended = _undetermined_if_contradicted(_ended(alone), prepared)
+    tree = run_tree_of(prepared, planner)
+    bounds = bounds_of(tree, budget=settings.budget, memory=prepared.memory)
     standing = None
-    if not bounds.complete and not (ground.steady and ground.exact_beliefs):
-        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False, memory=ground.memory)
+    if not bounds.complete and not (prepared.static_beliefs and prepared.exact_beliefs):
+        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False, memory=prepared.memory)
     drawn, estimate, ends = None, None, ()
-    if ground.worlds is not None:
-        drawn, done = costs_in(ground.worlds, tree, most_stretches=settings.budget.draws)
+    if prepared.worlds is not None:
+        drawn, done = costs_in(prepared.worlds, tree, max_segments=settings.budget.draws)
         estimate = estimate_of(drawn, done)
-        ends = tuple(tree.follow(ground.worlds.chooser(int(world))) for world in (drawn.argmin(), drawn.argmax()))
+        ends = tuple(tree.follow(prepared.worlds.chooser(int(world))) for world in (drawn.argmin(), drawn.argmax()))
     bounds, standing = _with_all_ends(bounds, standing, ends, tree)
     if bounds.upper_proof is Proof.NONE:
-        climbed = climbed_ends(tree, standing or bounds, most_stretches=settings.budget.climb)
+        climbed = climbed_ends(tree, standing or bounds, max_segments=settings.budget.climb)
         bounds, standing = _with_all_ends(bounds, standing, climbed, tree)
-    true = _ended(in_truth(ground, planner)) if ground.truth is not None and not tree.guesses else None
+    true = _ended(in_truth(prepared, planner)) if prepared.truth is not None and not tree.guesses else None
     made = Replay(
         strategy=planner.name,
         status=ended.status,
@@ -184,10 +184,10 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
         drawn=drawn,
         events=alone,
         if_beliefs_stand=standing,
-        stretches=tree.stretches,
+        segments=tree.segments,
         asked=tuple(tree.asked),
-        worlds=MappingProxyType(dict(_events_in_worlds(worlds, ground, tree, planner, bounds, drawn))),
-        notes=(*ground.notes, *_nondeterminism_note(tree, _first_question(ground, planner) or ended)),
+        worlds=MappingProxyType(dict(_events_in_worlds(worlds, prepared, tree, planner, bounds, drawn))),
+        notes=(*prepared.notes, *_nondeterminism_note(tree, _first_question(prepared, planner) or ended)),
     )
     if ended.status is RunStatus.PLANNER_FAILED:
         return _without_bounds(made, ended.reason)
@@ -195,24 +195,24 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
     return made if failure is None else _without_bounds(made, failure.message)
 
 
-def run_tree_of(ground: PreparedLog, planner: Strategy) -> RunTree:
+def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
     """The strategy's runs over the log, to be unfolded."""
-    evidence, built_in = ground.evidence, canonical_name(planner.name)
+    evidence, built_in = prepared.evidence, canonical_name(planner.name)
     drove = built_in is not None and built_in == canonical_name(evidence.info.strategy)
     return RunTree(
         evidence,
-        fast_strategy(planner, ground.memory),
-        ground.estimator_of(planner),
-        relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
+        fast_strategy(planner, prepared.memory),
+        prepared.estimator_of(planner),
+        relevance_of(evidence, planner.relevant_types(evidence.task), prepared.settings.assumptions),
         TreeOptions(
             seed=evidence.info.seed,
             merge=built_in is not None and not is_from_outside(planner),
-            steady=ground.steady,
-            exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
+            static_beliefs=prepared.static_beliefs,
+            exact_beliefs=prepared.exact_beliefs or (drove and prepared.reproduction.whole),
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
             nearest_first=looks_nearest_first(planner, evidence.task.goal),
             empty_handed=looks_empty_handed(planner),
-            durations=ground.durations,
+            durations=prepared.durations,
         ),
     )
 
@@ -233,41 +233,46 @@ def _with_all_ends(
 
 
 def _events_in_worlds(
-    worlds: Sequence[str], ground: PreparedLog, tree: RunTree, planner: Strategy, bounds: Bounds, drawn: Floats | None
+    worlds: Sequence[str],
+    prepared: PreparedLog,
+    tree: RunTree,
+    planner: Strategy,
+    bounds: Bounds,
+    drawn: Floats | None,
 ) -> Iterator[tuple[str, tuple[Event, ...]]]:
     """The run in the cheapest and the dearest world that is known, and in the drawn world of median cost."""
     found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.dearest}
-    if "drawn" in worlds and drawn is not None and ground.worlds is not None:
+    if "drawn" in worlds and drawn is not None and prepared.worlds is not None:
         middle = int(np.argsort(drawn, kind="stable")[len(drawn) // 2])
-        found["drawn"] = tree.follow(ground.worlds.chooser(middle))
+        found["drawn"] = tree.follow(prepared.worlds.chooser(middle))
     for name in worlds:
         leaf = found.get(name)
         if leaf is not None:
             yield name, tree.events(leaf, explained_by=planner)
 
 
-def over_log_alone(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
+def over_log_alone(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     """The run over what the log holds and nothing else; it ends undetermined at the first unopened container.
 
     Looks are taken at their word: where they may have missed, that is in the bounds.
     """
-    literal = replace(ground.evidence, misses=0)
-    return _run(ground, planner, LoggedWorld(literal, durations=ground.durations, paths=ground.paths))
+    literal = replace(prepared.evidence, misses=0)
+    return _run(prepared, planner, LoggedWorld(literal, durations=prepared.durations, paths=prepared.paths))
 
 
-def in_truth(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
+def in_truth(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     """The run in the recorded truth."""
-    assert ground.truth is not None, "asked for the truth of a ground without one"
-    contents, shown = ground.truth.contents, ground.evidence.contents
+    assert prepared.truth is not None, "asked for the truth of a log without one"
+    contents, shown = prepared.truth.contents, prepared.evidence.contents
     in_all = sum(len(items) for items in contents.values())
 
     def true_contents(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
         seen = {item.id for item in shown.get(container, ())}
         return tuple(item for item in contents[container] if item.id not in seen)
 
-    evidence = replace(ground.evidence, misses=in_all)
-    world = LoggedWorld(evidence, filling=true_contents, durations=ground.durations, paths=ground.paths)
-    return _run(ground, planner, world)
+    evidence = replace(prepared.evidence, misses=in_all)
+    world = LoggedWorld(evidence, filling=true_contents, durations=prepared.durations, paths=prepared.paths)
+    return _run(prepared, planner, world)
 
 
 def support_of(events: tuple[Event, ...]) -> dict[str, int]:
@@ -276,12 +281,12 @@ def support_of(events: tuple[Event, ...]) -> dict[str, int]:
     return dict(sorted(counted.items()))
 
 
-def _run(ground: PreparedLog, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
-    evidence = ground.evidence
+def _run(prepared: PreparedLog, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
+    evidence = prepared.evidence
     events = run_task(
         world,
         planner,
-        ground.estimator_of(planner),
+        prepared.estimator_of(planner),
         evidence.task,
         costs=evidence.costs,
         seed=evidence.info.seed,
@@ -296,29 +301,29 @@ def _ended(events: tuple[Event, ...]) -> RunEnded:
     return ended
 
 
-def _first_question(ground: PreparedLog, planner: Strategy) -> RunEnded | None:
+def _first_question(prepared: PreparedLog, planner: Strategy) -> RunEnded | None:
     """Where looks may have missed, how a run ends that stops at the first such look."""
-    if not ground.evidence.misses:
+    if not prepared.evidence.misses:
         return None
-    return _ended(_run(ground, planner, LoggedWorld(ground.evidence, with_ways=False)))
+    return _ended(_run(prepared, planner, LoggedWorld(prepared.evidence, with_ways=False)))
 
 
-def _undetermined_if_contradicted(ended: RunEnded, ground: PreparedLog) -> RunEnded:
+def _undetermined_if_contradicted(ended: RunEnded, prepared: PreparedLog) -> RunEnded:
     """The end of the run over the log alone: it shows nothing where what it rests on cannot be so."""
-    if not ground.contradicting or ended.status is RunStatus.PLANNER_FAILED:
+    if not prepared.contradicting or ended.status is RunStatus.PLANNER_FAILED:
         return ended
-    named = ", ".join(ground.contradicting)
+    named = ", ".join(prepared.contradicting)
     reason = f"the looks contradict the inventory, which lists {named}: at least one of them missed"
     return replace(ended, status=RunStatus.UNDETERMINED, reason=reason)
 
 
-def _in_truth_only(ground: PreparedLog, strategy_name: str, origin: NameOrigin) -> Replay:
+def _in_truth_only(prepared: PreparedLog, strategy_name: str, origin: NameOrigin) -> Replay:
     """A replay of a strategy that must see the truth: only where the log holds it and it may be used."""
-    if ground.truth is None:
+    if prepared.truth is None:
         raise Unsupported(
             f"{strategy_name} knows the whole house, so a replay needs the recorded truth. Give --with-truth."
         )
-    events = in_truth(ground, strategy(strategy_name, origin=origin, house=ground.truth))
+    events = in_truth(prepared, strategy(strategy_name, origin=origin, house=prepared.truth))
     ended = _ended(events)
     return Replay(
         strategy=resolved_name(strategy_name),
@@ -329,21 +334,21 @@ def _in_truth_only(ground: PreparedLog, strategy_name: str, origin: NameOrigin) 
         estimate=None,
         support=MappingProxyType(support_of(events)),
         searches=ended.searches,
-        seconds=(ended.stamp_ns - ground.evidence.info.started.ns) / 1e9,
+        seconds=(ended.stamp_ns - prepared.evidence.info.started.ns) / 1e9,
         true_cost=ended.cost,
         true_status=ended.status.value,
         drawn=None,
         events=events,
-        notes=ground.notes,
+        notes=prepared.notes,
     )
 
 
-def _not_reproduced(ground: PreparedLog, name: str) -> Replay:
+def _not_reproduced(prepared: PreparedLog, name: str) -> Replay:
     """Nothing but the reason: the recorded strategy itself does not do here what was recorded."""
     return Replay(
         strategy=name,
         status=RunStatus.NOT_REPRODUCED,
-        reason=ground.reproduction.why,
+        reason=prepared.reproduction.why,
         unseen=None,
         bounds=None,
         estimate=None,
@@ -354,7 +359,7 @@ def _not_reproduced(ground: PreparedLog, name: str) -> Replay:
         true_status=None,
         drawn=None,
         events=(),
-        notes=ground.notes,
+        notes=prepared.notes,
     )
 
 

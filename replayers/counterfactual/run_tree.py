@@ -97,7 +97,7 @@ class Node:
     steps: int = 0
     picks: int = 0
     cost: float = 0.0
-    stretch: Segment | None = None
+    segment: Segment | None = None
     children: dict[Answer, Node] = field(default_factory=dict)
 
 
@@ -123,7 +123,7 @@ class TreeOptions:
         max_steps: actions after which a run ends.
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
-        steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
+        static_beliefs: the estimator goes by names alone; otherwise all that was found tells histories apart.
         exact_beliefs: the estimator answers what the robot believed; with rounded beliefs (logged_belief.ROUNDED)
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
@@ -135,7 +135,7 @@ class TreeOptions:
     seed: int = 0
     max_steps: int = MAX_STEPS
     merge: bool = False
-    steady: bool = True
+    static_beliefs: bool = True
     exact_beliefs: bool = True
     reads_beliefs: bool = True
     nearest_first: bool = False
@@ -149,8 +149,8 @@ class RunTree:
 
     Attributes:
         root: the start.
-        stretches: how many stretches were run.
-        largest_picks: the most picks of any way followed.
+        segments: how many segments were run.
+        max_picks: the most picks of any way followed.
         asked: open containers that the strategy was seen to look into, in some world.
     """
 
@@ -165,20 +165,20 @@ class RunTree:
         self.evidence = evidence
         self.relevance = relevance
         self.strategy = strategy
-        self.stretches = 0
-        self.largest_picks = 0
+        self.segments = 0
+        self.max_picks = 0
         self.asked: dict[ContainerId, None] = {}
         self.max_steps = options.max_steps
         self.nearest_first = options.nearest_first
         self.empty_handed = options.empty_handed
-        self._key = StateKey(relevance, options.steady, evidence.misses_left if evidence.misses else None)
+        self._key = StateKey(relevance, options.static_beliefs, evidence.misses_left if evidence.misses else None)
         self._planner = MemoizedStrategy(strategy, self._key) if options.merge else strategy
         self._estimator = estimator
         self._seed = options.seed
         self._merge = options.merge
         self._durations = options.durations
         self._exact_beliefs = options.exact_beliefs
-        self._reads_beliefs = options.reads_beliefs and not (options.steady and options.exact_beliefs)
+        self._reads_beliefs = options.reads_beliefs and not (options.static_beliefs and options.exact_beliefs)
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
@@ -192,9 +192,9 @@ class RunTree:
 
     def advance(self, node: Node) -> Segment:
         """Runs on from a node to its next unobserved look or its end; cached."""
-        if node.stretch is None:
-            node.stretch = self._run(node)
-        return node.stretch
+        if node.segment is None:
+            node.segment = self._run(node)
+        return node.segment
 
     def child(self, node: Node, answer: Answer) -> Node:
         """The node after an answer at a node."""
@@ -207,11 +207,11 @@ class RunTree:
         """Runs to an end, choosing an answer at every unobserved look."""
         node, cost, filled = self.root, 0.0, list[Assignment]()
         while True:
-            stretch = self.advance(node)
-            cost += stretch.cost
-            question = stretch.question
+            segment = self.advance(node)
+            cost += segment.cost
+            question = segment.question
             if question is None:
-                return self._leaf(stretch, cost, tuple(filled))
+                return self._leaf(segment, cost, tuple(filled))
             answer = choose(question)
             filled.append(Assignment(container=question.container, live=question.live, answer=answer))
             node = self.child(node, answer)
@@ -242,21 +242,21 @@ class RunTree:
         return imputed_items(answer, container, self.evidence.contents.get(container))
 
     def _after(self, node: Node, answer: Answer) -> Node:
-        stretch = self.advance(node)
-        assert stretch.question is not None, "an end has no answers"
-        container = stretch.question.container
-        before = stretch.question.knowledge
+        segment = self.advance(node)
+        assert segment.question is not None, "an end has no answers"
+        container = segment.question.container
+        before = segment.question.knowledge
         put = before.items_at.get(LocationId(container), ())
         inside = (*self.evidence.contents.get(container, ()), *self._imputed(answer, container))
         knowledge = before.seen(container, (*inside, *put))
-        steps, picks = node.steps + stretch.steps, node.picks + stretch.picks
-        self.largest_picks = max(self.largest_picks, picks)
-        cost = node.cost + stretch.cost
+        steps, picks = node.steps + segment.steps, node.picks + segment.picks
+        self.max_picks = max(self.max_picks, picks)
+        cost = node.cost + segment.cost
         made = Node(knowledge=knowledge, imputed=True, steps=steps, picks=picks, cost=cost)
         return self._nodes.setdefault(self._key(knowledge), made) if self._merge else made
 
     def _run(self, node: Node) -> Segment:
-        self.stretches += 1
+        self.segments += 1
         world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
         steps, picks, leans = 0, 0, False
         ended: RunEnded | None = None
@@ -269,7 +269,7 @@ class RunTree:
             elif isinstance(event, RunEnded):
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
-        self.largest_picks = max(self.largest_picks, node.picks + picks)
+        self.max_picks = max(self.max_picks, node.picks + picks)
         if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
             return Segment(
                 cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended, depends_on_beliefs=leans
@@ -319,10 +319,10 @@ class RunTree:
         options, others = self.relevance.options(live, found_before=found, open_left=left, seen=self._seen)
         return UnobservedLook(container=container, live=live, options=options, others=others, knowledge=knowledge)
 
-    def _leaf(self, stretch: Segment, own_cost: float, filled: tuple[Assignment, ...]) -> Leaf:
-        assert stretch.ended is not None, "a leaf is an end"
-        charged = own_cost if stretch.done else self.evidence.task.failure_cost
-        return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=stretch.ended.status)
+    def _leaf(self, segment: Segment, own_cost: float, filled: tuple[Assignment, ...]) -> Leaf:
+        assert segment.ended is not None, "a leaf is an end"
+        charged = own_cost if segment.done else self.evidence.task.failure_cost
+        return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=segment.ended.status)
 
 
 @final
@@ -333,12 +333,12 @@ class StateKey:
 
     Attributes:
         relevance: which types still matter.
-        steady: whether beliefs depend on names alone.
+        static_beliefs: whether beliefs depend on names alone.
         misses_left: where looks may have missed, how many items may still be overlooked.
     """
 
     relevance: Relevance
-    steady: bool
+    static_beliefs: bool
     misses_left: Callable[[Knowledge], int] | None = None
 
     def __call__(self, knowledge: Knowledge) -> Hashable:
@@ -352,7 +352,7 @@ class StateKey:
             knowledge.unsearched,
             knowledge.facts,
             knowledge.closed,
-            () if self.steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
+            () if self.static_beliefs else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
             self.misses_left(knowledge) if self.misses_left is not None else 0,
         )
 

@@ -36,12 +36,12 @@ def failure_in_worlds(tree: RunTree) -> WorldFailure | None:
     waiting: list[tuple[Node, str | None]] = [(tree.root, None)]
     met: set[int] = set()
     for node, looked_into in waiting:
-        stretch = node.stretch
-        if stretch is None or id(node) in met:
+        segment = node.segment
+        if segment is None or id(node) in met:
             continue
         met.add(id(node))
-        if stretch.ended is not None and stretch.ended.status is RunStatus.PLANNER_FAILED:
-            return WorldFailure(stretch.ended.reason, looked_into)
-        if stretch.question is not None:
-            waiting += [(child, stretch.question.container) for child in node.children.values()]
+        if segment.ended is not None and segment.ended.status is RunStatus.PLANNER_FAILED:
+            return WorldFailure(segment.ended.reason, looked_into)
+        if segment.question is not None:
+            waiting += [(child, segment.question.container) for child in node.children.values()]
     return None

@@ -17,50 +17,50 @@ import numpy as np
 from workbench.arrays import Floats
 from workbench.tolerances import NEAR_SAMPLED_COST
 
-Stretch = tuple[float, float]
+PitInterval = tuple[float, float]
 """P(cost < y) and P(cost <= y) of a true cost y, by the drawn worlds."""
 
 MASS = 0.9
 BINS = 10
 
 
-def pit_interval(costs: Floats, truth: float) -> Stretch:
+def pit_interval(costs: Floats, truth: float) -> PitInterval:
     """The PIT interval of a true cost; of zero length where no drawn world has that cost."""
     return float(np.mean(costs < truth - NEAR_SAMPLED_COST)), float(np.mean(costs <= truth + NEAR_SAMPLED_COST))
 
 
-def pit_below(stretch: Stretch, u: float) -> float:
+def pit_below(interval: PitInterval, u: float) -> float:
     """The conditional distribution function of the PIT: the share of a PIT interval that lies below u."""
-    low, high = stretch
+    low, high = interval
     if high <= low:
         return float(u >= low)
     return min(max((u - low) / (high - low), 0.0), 1.0)
 
 
-def share_within(stretch: Stretch, mass: float = MASS) -> float:
+def share_within(interval: PitInterval, mass: float = MASS) -> float:
     """The share of a PIT interval within the central `mass`; its mean over calibrated forecasts is `mass`."""
     tail = (1 - mass) / 2
-    low, high = stretch
+    low, high = interval
     if high <= low:
         return float(tail <= low <= 1 - tail)
-    return pit_below(stretch, 1 - tail) - pit_below(stretch, tail)
+    return pit_below(interval, 1 - tail) - pit_below(interval, tail)
 
 
-def pit_histogram(stretches: Sequence[Stretch], bins: int = BINS) -> tuple[float, ...]:
+def pit_histogram(intervals: Sequence[PitInterval], bins: int = BINS) -> tuple[float, ...]:
     """The PIT histogram over equal bins of [0, 1]; every bar is 1 / bins when calibrated. Empty without intervals.
 
     A hump means that forecasts are too wide, a U shape too narrow, a slope that they are biased.
     """
-    if not stretches:
+    if not intervals:
         return ()
     edges = [i / bins for i in range(1, bins)]
-    upto = [0.0, *(float(np.mean([pit_below(s, u) for s in stretches])) for u in edges), 1.0]
+    upto = [0.0, *(float(np.mean([pit_below(s, u) for s in intervals])) for u in edges), 1.0]
     return tuple(b - a for a, b in pairwise(upto))
 
 
-def pit_distance(stretches: Sequence[Stretch], points: int = 100) -> float | None:
+def pit_distance(intervals: Sequence[PitInterval], points: int = 100) -> float | None:
     """The Kolmogorov-Smirnov distance of the mean PIT from the uniform distribution; None without intervals."""
-    if not stretches:
+    if not intervals:
         return None
     grid = [i / points for i in range(1, points)]
-    return max(abs(float(np.mean([pit_below(s, u) for s in stretches])) - u) for u in grid)
+    return max(abs(float(np.mean([pit_below(s, u) for s in intervals])) - u) for u in grid)

@@ -28,7 +28,7 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
     """
     open_ended = [c for c in found if not c.exact]
     drawn = [c for c in open_ended if c.pit is not None]
-    stretches = [c.pit for c in drawn if c.pit is not None]
+    intervals = [c.pit for c in drawn if c.pit is not None]
     return {
         "counterfactuals": len(found),
         "inside_bounds": _share(c.inside for c in found),
@@ -41,8 +41,8 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
         ),
         "interval_coverage_closed": _share(c.covered for c in drawn),
         "interval_mass": _mean(c.mass for c in drawn if c.mass is not None),
-        "pit": pit_histogram(stretches),
-        "pit_distance": pit_distance(stretches),
+        "pit": pit_histogram(intervals),
+        "pit_distance": pit_distance(intervals),
         "not_exact": len(open_ended),
         "both_sides_reached": _share(c.lower_proof == c.upper_proof == "exact" for c in found),
         "upper_bounded": _share(isfinite(c.upper) for c in found),

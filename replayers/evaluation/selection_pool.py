@@ -68,9 +68,9 @@ def pool_trial(place: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skip
                 log = Path(folder) / f"{trial.strategy}.mcap"
                 record_trial(trial, log)
                 run = read(log)
-                ground = prepare_log(run, plan.settings, with_ways=False)
+                prepared = prepare_log(run, plan.settings, with_ways=False)
                 replays = [
-                    to_stored(ground, replay_on(ground, name, origin=NameOrigin.USER), key="")
+                    to_stored(prepared, replay_on(prepared, name, origin=NameOrigin.USER), key="")
                     for name in plan.strategies
                 ]
                 seen.append(trial_costs(replays, plan.strategies, limit=run.task.failure_cost))
@@ -91,7 +91,7 @@ class _StoredTrial(msgspec.Struct, frozen=True, kw_only=True):
     lower: tuple[tuple[float, ...], ...]
     upper: tuple[tuple[float | None, ...], ...]
     estimate: tuple[tuple[float | None, ...], ...]
-    most_apart: tuple[tuple[tuple[float | None, ...], ...], ...]
+    max_difference: tuple[tuple[tuple[float | None, ...], ...], ...] = msgspec.field(name="most_apart")
 
 
 def write_pool(path: Path, trials: Sequence[PoolTrial]) -> None:
@@ -127,7 +127,7 @@ def _stored(trial: PoolTrial) -> _StoredTrial:
         lower=tuple(tuple(s.lower.tolist()) for s in trial.seen),
         upper=tuple(_finite(s.upper) for s in trial.seen),
         estimate=tuple(_finite(s.estimate) for s in trial.seen),
-        most_apart=tuple(tuple(_finite(row) for row in s.most_apart) for s in trial.seen),
+        max_difference=tuple(tuple(_finite(row) for row in s.max_difference) for s in trial.seen),
     )
 
 
@@ -141,7 +141,7 @@ def _trial(line: _StoredTrial) -> PoolTrial:
             lower=np.array(line.lower[i], dtype=np.float64),
             upper=_array(line.upper[i], inf),
             estimate=_array(line.estimate[i], np.nan),
-            most_apart=np.array([_array(row, inf) for row in line.most_apart[i]]),
+            max_difference=np.array([_array(row, inf) for row in line.max_difference[i]]),
             limit=line.limit,
         )
         for i, name in enumerate(names)

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_events, trial_for
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
-from replayers.evaluation.calibration import Stretch, pit_interval, share_within
+from replayers.evaluation.calibration import PitInterval, pit_interval, share_within
 from replayers.runs.run import Run, read
 from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.cluster import run_in_order
@@ -92,7 +92,7 @@ class Counterfactual:
     complete: bool
     estimate: float | None
     interval: tuple[float, float] | None
-    pit: Stretch | None
+    pit: PitInterval | None
     mass: float | None
     lower_if_beliefs_stand: float
     upper_if_beliefs_stand: float
@@ -210,11 +210,13 @@ def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfac
             log = Path(folder) / f"{trial.strategy}.mcap"
             record_trial(replace(trial, miss_rate=plan.miss_rate, trusts_looks=plan.trusting), log)
             misses = overlooked_items(read(log, with_truth=True)) if plan.miss_rate else 0
-            ground = prepare_log(read(log), _with_misses(plan.settings, misses) if plan.miss_rate else plan.settings)
+            prepared = prepare_log(
+                read(log), _with_misses(plan.settings, misses) if plan.miss_rate else plan.settings
+            )
             for other in plan.strategies:
                 if other == trial.strategy:
                     continue
-                made = replay_on(ground, other, origin=NameOrigin.USER)
+                made = replay_on(prepared, other, origin=NameOrigin.USER)
                 if made.bounds is None:
                     reason = f"{other} over a log of {trial.strategy}: {made.reason}"
                     yield SkippedTask(place=place, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
@@ -241,8 +243,8 @@ def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfac
                     mass=made.estimate.interval90_mass if made.estimate else None,
                     lower_if_beliefs_stand=standing.lower,
                     upper_if_beliefs_stand=standing.upper,
-                    open=len(ground.evidence.open),
-                    stretches=made.stretches,
+                    open=len(prepared.evidence.open),
+                    stretches=made.segments,
                     misses=misses,
                 )
 

@@ -24,6 +24,7 @@ class Basis(msgspec.Struct, frozen=True, kw_only=True):
         beliefs: who believes, and whether the beliefs are fixed and exact.
         refused: containers, moves and picks that were refused.
         misses: how many items looks may have overlooked.
+        corrected: what people said was there although no look showed it.
         lost: what is missing from the log.
     """
 
@@ -31,6 +32,7 @@ class Basis(msgspec.Struct, frozen=True, kw_only=True):
     beliefs: tuple[str, bool, bool]
     refused: tuple[str, ...]
     misses: int
+    corrected: tuple[str, ...]
     lost: tuple[str, ...]
 
 
@@ -71,7 +73,7 @@ class GhostReport(msgspec.Struct, frozen=True, kw_only=True):
         opened: containers whose contents the log shows.
         decisions: decisions of the driven run.
         seconds: how long the round took, from reading the log on.
-        stretches: segments of the loop that one strategy's bounds might take.
+        segments: segments of the loop that one strategy's bounds might take.
         bounds: the driven strategy first, where it can be replayed, then the ghosts in their order.
         line: what they prove, as a sentence; empty where there is nothing to compare.
         note: what a reader should know; empty for nothing.
@@ -82,7 +84,7 @@ class GhostReport(msgspec.Struct, frozen=True, kw_only=True):
     opened: int = 0
     decisions: int = 0
     seconds: float = 0.0
-    stretches: int = 0
+    segments: int = 0
     bounds: tuple[GhostBounds, ...] = ()
     line: str = ""
     note: str = ""

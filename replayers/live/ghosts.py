@@ -35,7 +35,7 @@ from workbench.plugins import NameOrigin
 QUICK_S, DEEP_S = 0.6, 1.0
 """How long the replays of a round should take, in seconds: of all strategies together after the log has grown, and of
 one strategy while it does not grow."""
-MIN_STRETCHES, MAX_STRETCHES = 20, 2000
+MIN_SEGMENTS, MAX_SEGMENTS = 20, 2000
 """Segments of the loop that the bounds of one strategy may take in a round, however little or much time it takes."""
 DEEPER = 4
 """By how much more the next round over the same log may follow."""
@@ -48,6 +48,7 @@ CHANGED: Mapping[str, str] = MappingProxyType(
         "beliefs": "who believes",
         "refused": "something was refused",
         "misses": "a look must have missed something",
+        "corrected": "somebody corrected what was seen",
         "lost": "something is missing from the log",
     }
 )
@@ -73,7 +74,7 @@ class Ghosts:
         output: a folder for their recordings; None for none.
         origin: who gives the names.
         clock: seconds that only grow.
-        most_stretches: segments of the loop that the bounds of one strategy may take in a round, at most.
+        max_segments: segments of the loop that the bounds of one strategy may take in a round, at most.
     """
 
     def __init__(
@@ -84,14 +85,14 @@ class Ghosts:
         output: Path | None = None,
         origin: NameOrigin = NameOrigin.LOG,
         clock: Callable[[], float] = time.perf_counter,
-        most_stretches: int = MAX_STRETCHES,
+        max_segments: int = MAX_SEGMENTS,
     ) -> None:
         self._log = GrowingLog(log)
         self._strategies = strategies
         self._output = output
         self._origin = origin
         self._clock = clock
-        self._most = most_stretches
+        self._most = max_segments
         self._first: Run | None = None
         self._run: Run | None = None
         self._basis: Basis | None = None
@@ -99,7 +100,7 @@ class Ghosts:
         self._recorded: dict[str, tuple[str, str | None, int]] = {}
         self._news = False
         """A round was given up for what has come since."""
-        self._stretches = MIN_STRETCHES
+        self._segments = MIN_SEGMENTS
         self._pace = 0.0
         """Segments a second, in the round before."""
         self._followed = 0
@@ -128,7 +129,7 @@ class Ghosts:
             return GhostReport(note="Waiting for the first decision.")
         if news:
             affordable = int(self._pace * QUICK_S / (len(self._strategies) + 1))
-            self._stretches = min(max(affordable, MIN_STRETCHES), self._most)
+            self._segments = min(max(affordable, MIN_SEGMENTS), self._most)
             self._settled, self._followed = False, 0
         report = self._replayed(run, began, deeper=not news)
         self._last = report or self._last
@@ -158,44 +159,44 @@ class Ghosts:
         if self._run is None or self._settled:
             return False
         affordable = min(int(self._pace * DEEP_S), self._most)
-        if self._stretches >= affordable:
+        if self._segments >= affordable:
             self._settled = True
             return False
-        self._stretches = min(self._stretches * DEEPER, affordable)
+        self._segments = min(self._segments * DEEPER, affordable)
         return True
 
     def _replayed(self, run: Run, began: float, *, deeper: bool) -> GhostReport | None:
         """A round; None where the log has grown before a deeper one was done."""
-        budget = Budget(stretches=self._stretches, finish=self._stretches, draws=0, climb=CLIMB)
-        ground = prepare_log(run, ReplaySettings(worlds=0, budget=budget))
-        prepared = self._clock()
-        note = self._rebased(ground)
+        budget = Budget(segments=self._segments, finish=self._segments, draws=0, climb=CLIMB)
+        prepared = prepare_log(run, ReplaySettings(worlds=0, budget=budget))
+        prepared_s = self._clock()
+        note = self._rebased(prepared)
         made: dict[str, Replay | LiosError] = {}
         for name in self._names(run):
             if deeper and self._look():
                 self._news = True
                 return None
             try:
-                made[name] = replay_on(ground, name, origin=self._origin)
+                made[name] = replay_on(prepared, name, origin=self._origin)
             except LiosError as error:
                 made[name] = error
-        followed = sum(replay.stretches for replay in made.values() if isinstance(replay, Replay))
+        followed = sum(replay.segments for replay in made.values() if isinstance(replay, Replay))
         now = self._clock()
         if followed:
-            self._pace = followed / max(now - prepared, 1e-3)
+            self._pace = followed / max(now - prepared_s, 1e-3)
         self._settled = deeper and followed <= self._followed
         self._followed = followed
-        bounds = self._bounds(run, ground, made)
-        self._record(ground, made)
+        bounds = self._bounds(run, prepared, made)
+        self._record(prepared, made)
         return GhostReport(
             log_bytes=self._log.end,
-            opened=len(ground.evidence.contents),
+            opened=len(prepared.evidence.contents),
             decisions=len(run.plans),
             seconds=self._clock() - began,
-            stretches=self._stretches,
+            segments=self._segments,
             bounds=bounds,
             line=verdict_line(bounds),
-            note=note or (ground.reproduction.why if not ground.claims else ""),
+            note=note or (prepared.reproduction.why if not prepared.claims else ""),
         )
 
     def _names(self, run: Run) -> tuple[str, ...]:
@@ -205,19 +206,20 @@ class Ghosts:
         first = (driven,) if replayable or driven in self._strategies else ()
         return tuple(dict.fromkeys((*first, *self._strategies)))
 
-    def _rebased(self, ground: PreparedLog) -> str:
+    def _rebased(self, prepared: PreparedLog) -> str:
         """Forgets earlier bounds where the log rests on something else than before; then it says so."""
-        evidence = ground.evidence
-        refused = (*evidence.shut, *evidence.refused_moves, *evidence.stuck, *evidence.left)
+        evidence = prepared.evidence
+        refused = (*evidence.refused_searches, *evidence.refused_moves, *evidence.refused_picks, *evidence.left)
         basis = Basis(
             run_id=evidence.info.run_id,
             beliefs=(
-                f"{type(ground.estimator).__name__} {ground.estimator.name}",
-                ground.steady,
-                ground.exact_beliefs,
+                f"{type(prepared.estimator).__name__} {prepared.estimator.name}",
+                prepared.static_beliefs,
+                prepared.exact_beliefs,
             ),
             refused=tuple(sorted(str(name) for name in refused)),
             misses=evidence.misses,
+            corrected=tuple(correction.words for correction in evidence.corrections),
             lost=evidence.gaps.lost,
         )
         before, self._basis = self._basis, basis
@@ -228,11 +230,11 @@ class Ghosts:
         return f"Bounds began anew: the log now shows otherwise what they rest on ({CHANGED[changed]})."
 
     def _bounds(
-        self, run: Run, ground: PreparedLog, made: Mapping[str, Replay | LiosError]
+        self, run: Run, prepared: PreparedLog, made: Mapping[str, Replay | LiosError]
     ) -> tuple[GhostBounds, ...]:
         """The bounds of a round, nowhere wider than those before; the driven strategy is first."""
         stored = {
-            name: to_stored(ground, replay, key="") for name, replay in made.items() if isinstance(replay, Replay)
+            name: to_stored(prepared, replay, key="") for name, replay in made.items() if isinstance(replay, Replay)
         }
         driven = canonical_name(run.info.strategy) or run.info.strategy
         found: list[GhostBounds] = [] if driven in made else [_driven_as_recorded(run)]
@@ -247,7 +249,7 @@ class Ghosts:
         self._before = {b.strategy: b for b in kept}
         return kept
 
-    def _record(self, ground: PreparedLog, made: Mapping[str, Replay | LiosError]) -> None:
+    def _record(self, prepared: PreparedLog, made: Mapping[str, Replay | LiosError]) -> None:
         """Records the ghosts' runs over the log alone, each with its bounds beside it."""
         if self._output is None:
             return
@@ -255,7 +257,7 @@ class Ghosts:
             replay = made.get(name)
             if not isinstance(replay, Replay) or not replay.events:
                 continue
-            kept, record = self._before[name], to_stored(ground, replay, key="")
+            kept, record = self._before[name], to_stored(prepared, replay, key="")
             if record.bounds is not None:
                 figures = replace(record.bounds, lower=kept.lower, upper=kept.upper)
                 record = msgspec.structs.replace(record, bounds=figures, exact=kept.exact)
@@ -264,13 +266,13 @@ class Ghosts:
             way = (replay.status.value, replay.unseen, len(replay.events))
             if self._recorded.get(name) != way:  # to the same unopened container it goes the same way
                 with atomic(path) as draft:
-                    write_replay_log(draft, ground, replay, force=True)
+                    write_replay_log(draft, prepared, replay, force=True)
                 self._recorded[name] = way
 
 
 def _what_matters(run: Run) -> tuple[object, ...]:
     """How much of a run a replay goes by there is; a robot's pictures and poses leave it as it is."""
-    events = (run.observations, run.answers, run.beliefs, run.plans, run.actions)
+    events = (run.observations, run.answers, run.beliefs, run.plans, run.actions, run.corrections)
     return (*map(len, events), run.outcome, run.closed, len(run.damage))
 
 

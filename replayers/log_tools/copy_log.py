@@ -44,8 +44,8 @@ class LogLayout:
 
     def keeps(self, chunk: WholeChunk) -> bool:
         """Whether a chunk may be copied as it stands."""
-        least, most = self.kept_bytes or (0, len(chunk.data))
-        return chunk.record.compression == self.compression and least <= len(chunk.data) <= most
+        min_bytes, max_bytes = self.kept_bytes or (0, len(chunk.data))
+        return chunk.record.compression == self.compression and min_bytes <= len(chunk.data) <= max_bytes
 
 
 class NoRoom(Failed):

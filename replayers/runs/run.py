@@ -9,6 +9,7 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
@@ -24,6 +25,7 @@ from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
 from replayers.mcap_io.summary import is_closed, read_index
+from replayers.tables.html_tables import Cell, html_table
 from workbench.log_schema.codec import decode
 from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction
 from workbench.log_schema.events import (
@@ -105,6 +107,37 @@ class Run:
         counts = f"{len(self.plans)} decisions, {len(self.actions)} actions"
         info = self.info
         return f"<Run {self.path}: {info.title}, in {info.place} by {info.strategy}; {end}; {counts}>"
+
+    def _repr_html_(self) -> str:
+        """A short table, as a notebook shows it."""
+        info, outcome = self.info, self.outcome
+        rows: list[tuple[Cell, ...]] = [
+            ("task", info.title),
+            ("place", info.place),
+            ("strategy", info.strategy),
+            ("beliefs", info.estimator),
+            ("seed", str(info.seed)),
+            ("source", info.source),
+            ("end", outcome.status if outcome else "no outcome"),
+            ("cost", outcome.cost if outcome else None),
+            ("decisions", len(self.plans)),
+            ("actions", len(self.actions)),
+        ]
+        note = "" if self.complete else "The log stops short of its end."
+        return html_table(f"Run {self.path.name}", (), rows, note=note)
+
+    def show(self, *others: Run, height_px: int = 640) -> None:
+        """Shows the run in a notebook, as the offline page that `lios capsule` writes.
+
+        Args:
+            others: runs of the same task laid over it.
+            height_px: height of the frame.
+
+        Raises:
+            NoNotebook: no notebook is running.
+        """
+        # By name: the dashboards import this room, and nobody but who asks to see a run needs them.
+        import_module("dashboards.capsule.embedded").show((self, *others), height_px=height_px)
 
     @cached_property
     def tables(self) -> Tables:

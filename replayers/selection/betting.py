@@ -17,7 +17,7 @@ from workbench.tolerances import DEGENERATE, ROUNDING
 
 Floats = npt.NDArray[np.float64]
 
-MOST_BET = 0.75
+MAX_BET = 0.75
 """The share of what a bet could lose at worst."""
 
 PRIOR_VARIANCE = 0.05
@@ -59,5 +59,5 @@ def log_capitals(values: npt.ArrayLike) -> Floats:
     spread = (PRIOR_VARIANCE + np.cumsum((x - mean) ** 2)) / (count + 1)
     mean, spread = np.concatenate([[0.0], mean])[:-1], np.concatenate([[PRIOR_VARIANCE], spread])[:-1]
     edge = mean[:, None] - GRID[None, :]
-    bet = np.clip(edge / (spread[:, None] + edge**2), 0.0, MOST_BET / (1.0 + GRID[None, :] + DEGENERATE))
+    bet = np.clip(edge / (spread[:, None] + edge**2), 0.0, MAX_BET / (1.0 + GRID[None, :] + DEGENERATE))
     return np.cumsum(np.log1p(bet * (x[:, None] - GRID[None, :])), axis=0)

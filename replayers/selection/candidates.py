@@ -62,17 +62,17 @@ def replay_candidates(
     if len(estimators) == 1:
         by = replace(settings, estimator=estimators[0])
         return replay_logs(logs, strategies, settings=by, output=output, workers=workers, progress=progress)
-    believers = believers_of(estimators)
+    named = named_estimators(estimators)
     made: list[Replays] = []
-    for one in believers:
+    for one in named:
         by = replace(settings, estimator=one.given, drawn_by=DRAWN_BY)
         folder = None if output is None else output / file_name_of(one.label)
         made.append(replay_logs(logs, strategies, settings=by, output=folder, workers=workers, progress=progress))
-    return _together(made, believers)
+    return _together(made, named)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Believer:
+class NamedEstimator:
     """One of several estimators.
 
     Attributes:
@@ -86,13 +86,14 @@ class Believer:
     label: str
 
 
-def believers_of(estimators: Iterable[str]) -> tuple[Believer, ...]:
+def named_estimators(estimators: Iterable[str]) -> tuple[NamedEstimator, ...]:
     """The estimators of these names, in order."""
     names = {given: estimator(given, origin=NameOrigin.USER, may_ask=False).name for given in estimators}
     short = Counter(name.partition("@")[0] for name in names.values())
     full = Counter(names.values())
     return tuple(
-        Believer(given=given, name=name, label=_label(given, name, short, full)) for given, name in names.items()
+        NamedEstimator(given=given, name=name, label=_label(given, name, short, full))
+        for given, name in names.items()
     )
 
 
@@ -103,26 +104,26 @@ def _label(given: str, name: str, short: Counter[str], full: Counter[str]) -> st
     return name if full[name] == 1 else given
 
 
-def _together(made: Sequence[Replays], believers: Sequence[Believer]) -> Replays:
+def _together(made: Sequence[Replays], estimators: Sequence[NamedEstimator]) -> Replays:
     """The replays by all estimators as those of one call, log by log."""
     outcomes: dict[str, list[Outcome]] = {}
-    for replays, believer in zip(made, believers, strict=True):
+    for replays, estimator_name in zip(made, estimators, strict=True):
         for outcome in replays.outcomes:
             of_log = outcomes.setdefault(outcome.log, [])
-            called = _called(outcome, believer)
+            called = _called(outcome, estimator_name)
             if isinstance(called, StoredReplay) or called not in of_log:
                 of_log.append(called)
     return replace(made[0], outcomes=tuple(o for of_log in outcomes.values() for o in of_log))
 
 
-def _called(outcome: Outcome, believer: Believer) -> Outcome:
+def _called(outcome: Outcome, estimator_name: NamedEstimator) -> Outcome:
     """An outcome under its candidate's name. The robot followed it if it followed this strategy by this estimator."""
     if isinstance(outcome, LogFailed):
-        return replace(outcome, strategy=f"{outcome.strategy} by {believer.label}" if outcome.strategy else "")
+        return replace(outcome, strategy=f"{outcome.strategy} by {estimator_name.label}" if outcome.strategy else "")
     believed = read(outcome.log).info.estimator
-    drove = believer.label if believed == believer.name else believed
+    drove = estimator_name.label if believed == estimator_name.name else believed
     return msgspec.structs.replace(
         outcome,
-        strategy=f"{outcome.strategy} by {believer.label}",
+        strategy=f"{outcome.strategy} by {estimator_name.label}",
         recorded_strategy=f"{outcome.recorded_strategy} by {drove}",
     )

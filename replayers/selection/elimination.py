@@ -45,17 +45,17 @@ class Elimination:
 def eliminated_by_proof(trials: Sequence[TrialCosts]) -> tuple[Elimination, ...]:
     """Every strategy that another one beat on the trials so far, in every world; by the one that beat it most."""
     names = trials[0].strategies
-    least = -np.sum([t.most_apart for t in trials], axis=0).T  # of cost a minus cost b
+    least = -np.sum([t.max_difference for t in trials], axis=0).T  # of cost a minus cost b
     sums = np.sum([t.lower for t in trials], axis=0)[:, None] - np.sum([t.upper for t in trials], axis=0)[None, :]
     return _strongest(names, np.maximum(least, sums), proof=True)
 
 
 def eliminated_by_sequence(trials: Sequence[TrialCosts], *, alpha: float = 0.05) -> tuple[Elimination, ...]:
     """Every strategy whose mean cost is greater than another one's, with an error of at most alpha over all pairs."""
-    return _strongest(trials[0].strategies, least_mean_difference(trials, alpha=alpha), proof=False)
+    return _strongest(trials[0].strategies, min_mean_difference(trials, alpha=alpha), proof=False)
 
 
-def least_mean_difference(trials: Sequence[TrialCosts], *, alpha: float = 0.05) -> Floats:
+def min_mean_difference(trials: Sequence[TrialCosts], *, alpha: float = 0.05) -> Floats:
     """The least mean of cost a minus cost b over trials like these, with confidence; shape (K, K).
 
     Costs above a trial's failure cost count as that: whoever spends more than a failure costs has failed. The limits
@@ -68,14 +68,14 @@ def least_mean_difference(trials: Sequence[TrialCosts], *, alpha: float = 0.05) 
     for a in range(count):
         for b in range(count):
             if a != b:
-                values = [least_difference(t, a, b) / limit for t in trials]
+                values = [min_difference(t, a, b) / limit for t in trials]
                 found[a, b] = limit * lower_limits(values, alpha=alpha / (count * (count - 1)))[-1]
     return found
 
 
-def least_difference(trial: TrialCosts, a: int, b: int) -> float:
+def min_difference(trial: TrialCosts, a: int, b: int) -> float:
     """The least cost of a minus cost of b on a trial, both counted up to the failure cost."""
-    apart = max(-float(trial.most_apart[b, a]), float(trial.lower[a] - trial.upper[b]))
+    apart = max(-float(trial.max_difference[b, a]), float(trial.lower[a] - trial.upper[b]))
     if max(trial.upper[a], trial.upper[b]) > trial.limit + NEAR:
         # A difference bounded world by world may rest on costs above the limit: only the bounds can be cut there.
         apart = float(min(trial.lower[a], trial.limit) - min(trial.upper[b], trial.limit))

@@ -27,7 +27,7 @@ class TrialCosts:
         lower, upper: bounds over all worlds that agree with the log, shape (K,); 0 and infinite where nothing is
             known, as where the strategy broke.
         estimate: mean over drawn worlds, shape (K,); NaN where there is none.
-        most_apart: the greatest cost of a minus the cost of b in one world, shape (K, K); infinite where unknown.
+        max_difference: the greatest cost of a minus the cost of b in one world, shape (K, K); infinite where unknown.
         limit: what a failed run is charged.
         drawn: costs in drawn worlds, the same ones for all, shape (K, worlds); None where a strategy has none.
     """
@@ -38,14 +38,14 @@ class TrialCosts:
     lower: Floats
     upper: Floats
     estimate: Floats
-    most_apart: Floats
+    max_difference: Floats
     limit: float
     drawn: Floats | None = None
 
     def __post_init__(self) -> None:
         count = len(self.strategies)
         shapes = [self.lower.shape, self.upper.shape, self.estimate.shape]
-        if shapes != [(count,)] * 3 or self.most_apart.shape != (count, count):
+        if shapes != [(count,)] * 3 or self.max_difference.shape != (count, count):
             raise ValueError(f"{self.log}: arrays do not fit {count} strategies")
         if np.any(self.lower > self.upper + NEAR_COST):
             raise ValueError(f"{self.log}: a lower bound above its upper one")
@@ -95,7 +95,7 @@ def trial_costs(replays: Iterable[StoredReplay], strategies: Sequence[str], *, l
         lower=lower,
         upper=upper,
         estimate=estimate,
-        most_apart=apart,
+        max_difference=apart,
         limit=limit,
         drawn=_drawn([found.get(name) for name in strategies]),
     )

@@ -16,8 +16,8 @@ from replayers.selection.elimination import (
     Floats,
     eliminated_by_proof,
     eliminated_by_sequence,
-    least_difference,
-    least_mean_difference,
+    min_difference,
+    min_mean_difference,
 )
 from replayers.selection.selectors import by_intervals
 from replayers.selection.trial_costs import TrialCosts
@@ -108,11 +108,11 @@ def verdict_after(trials: Sequence[TrialCosts], settings: SelectionSettings) -> 
     """What is known after these trials, of which there is at least one."""
     names = trials[0].strategies
     leader = by_intervals(trials, names, np.random.default_rng(settings.seed))
-    most = np.sum([t.most_apart for t in trials], axis=0)
+    most = np.sum([t.max_difference for t in trials], axis=0)
     same = tuple(n for k, n in enumerate(names) if k != leader and max(most[leader, k], most[k, leader]) <= NEAR)
     by_proof, by_sequence = eliminated_by_proof(trials), eliminated_by_sequence(trials, alpha=settings.alpha)
     rivals = [k for k, name in enumerate(names) if k != leader and name not in same]
-    least_mean = least_mean_difference(trials, alpha=settings.alpha)
+    min_mean = min_mean_difference(trials, alpha=settings.alpha)
     return SelectionVerdict(
         trials=len(trials),
         next=names[leader],
@@ -121,7 +121,7 @@ def verdict_after(trials: Sequence[TrialCosts], settings: SelectionSettings) -> 
         by_sequence=by_sequence,
         same=same,
         regret_so_far=max([0.0, *(float(most[leader, k]) / len(trials) for k in rivals)]),
-        regret_to_come=max([0.0, *(-float(least_mean[k, leader]) for k in rivals)]),
+        regret_to_come=max([0.0, *(-float(min_mean[k, leader]) for k in rivals)]),
         regret_to_come_unknown=max(t.limit for t in trials),
         settled=_settled(trials, leader, rivals, {e.strategy for e in by_sequence}, settings),
         trials_to_settle=_trials_to_settle(trials, leader, rivals, settings.alpha),
@@ -138,7 +138,7 @@ def _settled(
 ) -> Settled:
     if settings.horizon is not None and len(trials) >= 1:
         left = max(0, settings.horizon - len(trials)) * max(t.limit for t in trials)
-        leads = [sum(least_difference(t, k, leader) for t in trials) for k in rivals]
+        leads = [sum(min_difference(t, k, leader) for t in trials) for k in rivals]
         if all(lead > left + NEAR for lead in leads):
             return Settled.BY_PROOF
     beaten = bool(rivals) and all(trials[0].strategies[k] in out for k in rivals)
@@ -152,7 +152,7 @@ def _trials_to_settle(trials: Sequence[TrialCosts], leader: int, rivals: Sequenc
     zero = int(np.argmin(np.abs(GRID)))
     needed = 0.0
     for k in rivals:
-        capital = log_capitals([least_difference(t, k, leader) / limit for t in trials])[:, zero]
+        capital = log_capitals([min_difference(t, k, leader) / limit for t in trials])[:, zero]
         if capital.max() >= goal:
             continue
         grown = float(capital[-1]) / len(trials)

@@ -10,7 +10,7 @@ from workbench.errors import BadValue
 MIN_SPEED, MAX_SPEED = 0.01, 1000.0
 
 
-class Stretch(NamedTuple):
+class TimeSpan(NamedTuple):
     """Log times in nanoseconds: those after the first, up to and with the second, have just passed."""
 
     after_ns: int
@@ -61,7 +61,7 @@ class PlaybackClock:
         """Jump to a time, or to the nearer end of the log."""
         self.now_ns = min(max(time_ns, self.start_ns), self.end_ns)
 
-    def advance(self, elapsed_s: float) -> Stretch | None:
+    def advance(self, elapsed_s: float) -> TimeSpan | None:
         """The log times that pass in so many seconds; None while nothing is played. It ends at the end of the log."""
         if not self.playing:
             return None
@@ -69,4 +69,4 @@ class PlaybackClock:
         self.now_ns = min(before + max(round(elapsed_s * 1e9 * self.speed), 0), self.end_ns)
         if self.now_ns >= self.end_ns:
             self.playing = False
-        return Stretch(before, self.now_ns)
+        return TimeSpan(before, self.now_ns)

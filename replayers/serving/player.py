@@ -125,18 +125,18 @@ class Player:
         with self._lock:
             jumped, self._jumped = self._jumped, False
             stands_ns = self._clock.now_ns
-            stretch = self._clock.advance(elapsed_s)
-            now_ns, ended = self._clock.now_ns, stretch is not None and not self._clock.playing
+            span = self._clock.advance(elapsed_s)
+            now_ns, ended = self._clock.now_ns, span is not None and not self._clock.playing
             if ended and self._clock.loop:
                 self._clock.play()
                 self._jumped = True
             state = self._state(did_seek=jumped) if ended or jumped else None
         shown = self._logs.standing_at(stands_ns) if jumped else []
-        if stretch is not None:
-            shown += self._logs.between(stretch.after_ns, stretch.until_ns)
+        if span is not None:
+            shown += self._logs.between(span.after_ns, span.until_ns)
         for channel, data, log_time in shown:
             self.server.publish(channel, data, log_time=log_time)
-        if jumped or stretch is not None:
+        if jumped or span is not None:
             self.server.broadcast_time(now_ns)
         if state is not None:
             self.server.broadcast_playback(state)

@@ -53,7 +53,7 @@ def house(containers: int, *, seed: int = 1) -> House:
     )
 
 
-def least_cpu_s(work: Callable[[], object], times: int) -> float:
+def min_cpu_s(work: Callable[[], object], times: int) -> float:
     """The least processor time of several runs, which other processes disturb least."""
     work()
     spent: list[float] = []
@@ -64,7 +64,7 @@ def least_cpu_s(work: Callable[[], object], times: int) -> float:
     return min(spent)
 
 
-def least_s(work: Callable[[], object], times: int) -> float:
+def min_s(work: Callable[[], object], times: int) -> float:
     """The least time of several runs by the clock on the wall, for what runs on several cores."""
     work()
     spent: list[float] = []
@@ -91,7 +91,7 @@ def baseline(h: House, items: int, origins: int, targets: int, *, sharp: bool) -
     p = h.belief.probability[:items]
     arrays = (p, np.ascontiguousarray(from_m), np.ascontiguousarray(between), np.ascontiguousarray(found))
     answer = branch_and_bound(*arrays, 0.0, sharp=sharp)
-    return least_cpu_s(lambda: branch_and_bound(*arrays, 0.0, sharp=sharp), 1), answer
+    return min_cpu_s(lambda: branch_and_bound(*arrays, 0.0, sharp=sharp), 1), answer
 
 
 def test_a_house_at_eight_candidates_beside_branch_and_bound_per_triple(capsys: pytest.CaptureFixture[str]) -> None:
@@ -99,7 +99,7 @@ def test_a_house_at_eight_candidates_beside_branch_and_bound_per_triple(capsys: 
     table = expected_find_costs(
         h.belief, h.travel, origins=h.travel.locations, targets=h.travel.locations, costs=SIMULATION_COSTS
     )
-    ours = least_cpu_s(whole_table(h, 8), 30)
+    ours = min_cpu_s(whole_table(h, 8), 30)
     items, origins, targets = 10, 4, 4
     scale = ITEMS * PLACES * PLACES / (items * origins * targets)
     lines: list[str] = []
@@ -119,19 +119,19 @@ def test_a_house_at_eight_candidates_beside_branch_and_bound_per_triple(capsys: 
         assert ours <= 0.002
 
 
-@pytest.mark.parametrize(("limit", "most_s"), [(8, 0.002), (12, 0.060), (14, 0.400)])
+@pytest.mark.parametrize(("limit", "max_s"), [(8, 0.002), (12, 0.060), (14, 0.400)])
 def test_a_house_with_more_containers_than_candidates(
-    limit: int, most_s: float, capsys: pytest.CaptureFixture[str]
+    limit: int, max_s: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
     h = house(PLACES - 1)
     seconds = {
-        model: least_s(whole_table(h, limit, belief_model=model), 30 if limit == 8 else 5)
+        model: min_s(whole_table(h, limit, belief_model=model), 30 if limit == 8 else 5)
         for model in ("independent", "exists")
     }
     with capsys.disabled():
         print(f"\n20 x 40 x 40 at {limit}: " + ", ".join(f"{m} {1000 * s:.2f} ms" for m, s in seconds.items()))
     if HOLD_FIGURES:
-        assert max(seconds.values()) <= most_s
+        assert max(seconds.values()) <= max_s
 
 
 def test_what_the_correction_costs(capsys: pytest.CaptureFixture[str]) -> None:
@@ -145,8 +145,8 @@ def test_what_the_correction_costs(capsys: pytest.CaptureFixture[str]) -> None:
         h.belief, h.travel, origins=at, targets=at, costs=SIMULATION_COSTS, belief_model="marginal"
     )
     assert (corrected().metres >= eq1.metres - 1e-9).all()
-    plain = least_cpu_s(whole_table(h, 8, belief_model="marginal"), 20)
-    spent = least_cpu_s(corrected, 20)
+    plain = min_cpu_s(whole_table(h, 8, belief_model="marginal"), 20)
+    spent = min_cpu_s(corrected, 20)
     with capsys.disabled():
         print(f"\ncorrected find costs: {1000 * spent:.2f} ms, {spent / plain:.1f} x Eq. 1 alone")
 
@@ -159,8 +159,8 @@ def test_candidates_of_every_find_beside_one_set_an_item_type(capsys: pytest.Cap
         at = h.travel.locations[:places]
         for model in ("independent", "exists"):
             ask = {"origins": at, "targets": at, "costs": SIMULATION_COSTS, "belief_model": model}
-            own = least_cpu_s(partial(per_find_costs, few, h.travel, **ask), 20)
-            shared = least_cpu_s(partial(expected_find_costs, few, h.travel, **ask), 20)
+            own = min_cpu_s(partial(per_find_costs, few, h.travel, **ask), 20)
+            shared = min_cpu_s(partial(expected_find_costs, few, h.travel, **ask), 20)
             with capsys.disabled():
                 print(f"\n3 types, {places} places, {model}: {1e3 * own:.2f} ms per find, ", end="")
                 print(f"{1e3 * shared:.2f} ms by one set, {own / shared:.0f} times", end="")
@@ -179,8 +179,8 @@ def test_two_looks_a_container_beside_one(
     can_miss = replace(h.belief, p_detect=(0.8,) * ITEMS)
     at = h.travel.locations
     ask = {"origins": at, "targets": at, "costs": costs}
-    once = least_cpu_s(partial(expected_find_costs, h.belief, h.travel, belief_model="exists", **ask), 20)
-    twice = least_cpu_s(partial(robust_find_costs, can_miss, h.travel, **ask), 5)
+    once = min_cpu_s(partial(expected_find_costs, h.belief, h.travel, belief_model="exists", **ask), 20)
+    twice = min_cpu_s(partial(robust_find_costs, can_miss, h.travel, **ask), 5)
     with capsys.disabled():
         print(f"\n20 x 40 x 40 at 8, a look costs {search:g}: one look {1000 * once:.2f} ms, two looks ", end="")
         print(f"{1000 * twice:.2f} ms, {twice / once:.1f} times", end="")

@@ -168,6 +168,7 @@ def test_the_cost_plot_of_a_figure_tells_an_end_from_a_stop_and_keeps_its_key_of
     assert key.get_window_extent().y1 < ax.get_window_extent().y0
 
 
+@pytest.mark.ci
 def test_a_figure_of_a_strategy_with_a_very_long_name_keeps_its_shape(tmp_path: Path) -> None:
     """Its name may be a planner's own, module and class; nothing else would be left to see."""
     timelines = [timeline_of(named_run("x" * 400)), OTHER]

@@ -113,7 +113,7 @@ def test_units_are_taken_as_they_are_needed() -> None:
 
 @pytest.mark.slow
 def test_many_units_are_not_handed_out_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "LEAST_AHEAD", 4)
+    monkeypatch.setattr(cluster, "MIN_AHEAD", 4)
     most, taken, given = 0, 0, 0
 
     def units() -> Iterator[int]:

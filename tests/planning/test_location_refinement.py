@@ -44,7 +44,7 @@ def core_of(problem: Problem) -> tuple[LocationId, ...]:
 def test_as_good_as_over_all_places_at_once(case: str, seed: int) -> None:
     goal, types = CASES[case]
     problem = random_problem(goal, types, seed=seed, places=4)
-    whole = solve(problem, most_nodes=2_000_000, polish_nodes=2_000_000).plan
+    whole = solve(problem, max_nodes=2_000_000, polish_nodes=2_000_000).plan
     few = solve(replace(problem, locations=core_of(problem))).plan
     widened = solve_widening(problem, core_of(problem), budget_s=60).plan
     assert widened.status is whole.status

@@ -78,7 +78,7 @@ def test_the_same_seed_gives_the_same_bytes(strategy: str, tmp_path: Path) -> No
     wanted = house.item_types()[0]
     logs = [tmp_path / "a.mcap", tmp_path / "b.mcap"]
     for log in logs:
-        record_trial(trial_for(TaskRequest(find=wanted), house, strategy=strategy, seed=3, most_known=0.2), log)
+        record_trial(trial_for(TaskRequest(find=wanted), house, strategy=strategy, seed=3, max_known=0.2), log)
     once, twice = (_repeatable(log) for log in logs)
     assert once == twice
     assert len(once) > 5

@@ -204,8 +204,8 @@ def searched(case: Case, houses: Path, folder: Path, *, count: int, steps: int =
 
 
 def _climbed(log: Path, name: str, *, seed: int, steps: int) -> tuple[Bounds, Findings]:
-    ground = prepare_log(read(log), ReplaySettings(worlds=50), with_ways=False)
-    made = replay_on(ground, name, origin=NameOrigin.USER)
+    prepared = prepare_log(read(log), ReplaySettings(worlds=50), with_ways=False)
+    made = replay_on(prepared, name, origin=NameOrigin.USER)
     assert made.bounds is not None, made.reason
     return made.bounds, climb_both_ways(read_facts(log), name, made.bounds, np.random.default_rng(seed), steps=steps)
 

@@ -31,7 +31,7 @@ LOG = Path(__file__).parents[2] / "logs" / "breakfast.mcap"
 BOILED = Delivered(item_type=ItemType("Egg"), at=LocationId(DESK), properties=("boiled",))
 
 
-def bounded(folder: Path, goal: Goal, *, stretches: int) -> Bounds:
+def bounded(folder: Path, goal: Goal, *, segments: int) -> Bounds:
     evidence, planner = toy_evidence(folder, task_of(goal)), strategy("opt-greedy")
     tree = RunTree(
         evidence,
@@ -44,12 +44,12 @@ def bounded(folder: Path, goal: Goal, *, stretches: int) -> Bounds:
             empty_handed=looks_empty_handed(planner),
         ),
     )
-    return bounds_of(tree, budget=Budget(stretches=stretches, finish=stretches))
+    return bounds_of(tree, budget=Budget(segments=segments, finish=segments))
 
 
 @pytest.mark.parametrize("goal", [BOILED, AllOf(parts=(BOILED, delivered("Pencil", COUNTER)))])
 def test_a_cook_whose_worlds_were_not_all_followed_has_none(tmp_path: Path, goal: Goal) -> None:
-    early, whole = (bounded(tmp_path, goal, stretches=n) for n in (0, 100_000))
+    early, whole = (bounded(tmp_path, goal, segments=n) for n in (0, 100_000))
     assert early.upper == inf
     assert early.upper_proof is Proof.NONE
     assert not early.exact
@@ -61,12 +61,13 @@ def test_a_cook_whose_worlds_were_not_all_followed_has_none(tmp_path: Path, goal
 
 @pytest.fixture(scope="module")
 def kept() -> tuple[StoredReplay, ...]:
-    ground = prepare_log(read(LOG), ReplaySettings(worlds=20))
+    prepared = prepare_log(read(LOG), ReplaySettings(worlds=20))
     names = ("opt-greedy", "pes-greedy", "conditioned-lios")
-    made = [replay_on(ground, name) for name in names]
-    return tuple(to_stored(ground, m, key=replay_key("", m.strategy, ground.settings)) for m in made)
+    made = [replay_on(prepared, name) for name in names]
+    return tuple(to_stored(prepared, m, key=replay_key("", m.strategy, prepared.settings)) for m in made)
 
 
+@pytest.mark.ci
 def test_an_upper_bound_of_a_breakfast_is_near_what_was_found_or_is_none(kept: tuple[StoredReplay, ...]) -> None:
     bounds = [replay.bounds for replay in kept if replay.bounds is not None]
     assert {isinf(b.upper) for b in bounds} == {True, False}, "the log decides one of them, and not the others"
@@ -75,6 +76,7 @@ def test_an_upper_bound_of_a_breakfast_is_near_what_was_found_or_is_none(kept: t
         assert isinf(b.upper) or b.upper <= 3 * b.largest_found
 
 
+@pytest.mark.ci
 def test_a_kept_replay_without_one_is_read_again(kept: tuple[StoredReplay, ...], tmp_path: Path) -> None:
     for number, replay in enumerate(kept):
         write_replay(tmp_path / f"{number}.replay.json", replay)
@@ -82,6 +84,7 @@ def test_a_kept_replay_without_one_is_read_again(kept: tuple[StoredReplay, ...],
         assert b"nfinity" not in (tmp_path / f"{number}.replay.json").read_bytes()
 
 
+@pytest.mark.ci
 def test_who_has_none_is_better_than_nobody_for_certain(kept: tuple[StoredReplay, ...]) -> None:
     first = next(replay for replay in kept if replay.bounds is not None and isinf(replay.bounds.upper))
     pairs = compare(kept, rng=np.random.default_rng(0))
@@ -95,6 +98,7 @@ def test_who_has_none_is_better_than_nobody_for_certain(kept: tuple[StoredReplay
         assert not np.isnan([apart.least, apart.most]).any()
 
 
+@pytest.mark.ci
 def test_commands_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     asked = ["replay", str(LOG), "-s", "opt-greedy,pes-greedy", "--worlds", "20"]

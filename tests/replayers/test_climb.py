@@ -16,7 +16,7 @@ LOG = Path(__file__).parents[2] / "logs" / "breakfast.mcap"
 
 
 def bounded(*, climb: int) -> Bounds:
-    budget = Budget(stretches=20, finish=0, climb=climb)
+    budget = Budget(segments=20, finish=0, climb=climb)
     made = replay_on(prepare_log(read(LOG), ReplaySettings(worlds=5, budget=budget), with_ways=False), "pes-greedy")
     assert made.bounds is not None
     return made.bounds

@@ -49,11 +49,11 @@ def test_with_a_correction_a_replay_costs_what_it_costs_in_the_house_as_it_was(t
     before = replay_on(prepare_log(run, ReplaySettings(worlds=0, budget=PLENTY)), name)
     assert (before.status, before.exact) == (RunStatus.UNDETERMINED, False)
     again = corrected(run, f"mug@{TABLE}")
-    ground = prepare_log(again, ReplaySettings(worlds=0, budget=PLENTY))
-    after = replay_on(ground, name)
+    prepared = prepare_log(again, ReplaySettings(worlds=0, budget=PLENTY))
+    after = replay_on(prepared, name)
     assert after.exact
     assert after.cost == pytest.approx(cost_in(house_with(house, {TABLE: (MUG,)}), name, FIND_IT))
-    assert ground.contradicting == ()
+    assert prepared.contradicting == ()
     assert f"a person by Ada says that Mug was in {TABLE}" in " ".join(after.notes)
 
 

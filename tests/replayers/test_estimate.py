@@ -73,12 +73,12 @@ def test_the_same_seed_draws_the_same_worlds(tmp_path: Path) -> None:
 
 def test_an_estimate_is_the_mean_over_the_drawn_worlds(tmp_path: Path) -> None:
     """Bed first: 17 with a mug in the bed, else 20 with one in the desk, else 24 (test_replay_bounds.py)."""
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=4000))
-    made = replay_strategy(ground, InOrder((BED, DESK, TABLE, COUNTER)))
+    prepared = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=4000))
+    made = replay_strategy(prepared, InOrder((BED, DESK, TABLE, COUNTER)))
     assert made.estimate is not None
     assert made.drawn is not None
-    assert ground.worlds is not None
-    bed, desk = ground.worlds.inside[:, 0, 0], ground.worlds.inside[:, 0, 1]
+    assert prepared.worlds is not None
+    bed, desk = prepared.worlds.inside[:, 0, 0], prepared.worlds.inside[:, 0, 1]
     by_hand = np.where(bed, 17.0, np.where(desk, 20.0, 24.0))
     assert made.drawn == pytest.approx(by_hand)
     assert made.estimate.mean == pytest.approx(by_hand.mean())
@@ -148,15 +148,15 @@ def test_calibrated_lumps_give_an_even_transform_and_cover_what_they_aim_at() ->
 
 def test_the_most_telling_look_is_the_one_that_decides_who_wins(tmp_path: Path) -> None:
     """One strategy looks into the bed, the other never does: whether a mug is there decides between them."""
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=2000))
-    worlds = ground.worlds
+    prepared = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=2000))
+    worlds = prepared.worlds
     assert worlds is not None
     inside = worlds.inside.copy()
     inside[:, 0, 0] = np.arange(len(worlds)) % 2 == 0
     worlds = replace(worlds, inside=inside)
-    ground = replace(ground, worlds=worlds)
+    prepared = replace(prepared, worlds=worlds)
     plans = {"bed": InOrder((BED, TABLE, COUNTER)), "table": InOrder((TABLE, BED, COUNTER))}
-    made = {name: replay_strategy(ground, plan) for name, plan in plans.items()}
+    made = {name: replay_strategy(prepared, plan) for name, plan in plans.items()}
     costs = {name: r.drawn for name, r in made.items() if r.drawn is not None}
     looks = rank_looks(worlds, costs, {c for r in made.values() for c in r.asked})
     assert [look.container for look in looks] == [BED]
@@ -191,8 +191,8 @@ def test_a_strategy_that_decides_otherwise_when_asked_again_is_named(tmp_path: P
             order = self.order if len(self.turns) % 2 else self.order[::-1]
             return InOrder(order).decide(view)
 
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0))
-    made = replay_strategy(ground, Wavers((TABLE, COUNTER, BED, DESK)))
+    prepared = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0))
+    made = replay_strategy(prepared, Wavers((TABLE, COUNTER, BED, DESK)))
     assert any("not deterministic" in note for note in made.notes)
-    steady = replay_strategy(ground, InOrder((TABLE, COUNTER)))
+    steady = replay_strategy(prepared, InOrder((TABLE, COUNTER)))
     assert not any("not deterministic" in note for note in steady.notes)

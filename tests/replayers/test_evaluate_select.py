@@ -30,8 +30,9 @@ def drawn_pool(count: int) -> tuple[PoolTrial, ...]:
             np.fill_diagonal(apart, 0.0)
             seen.append(
                 TrialCosts(
-                    log=f"house {number}", strategies=("a", "b", "c"), driven="abc"[driven], lower=lower, upper=upper,
-                    estimate=np.clip(true + rng.normal(0, width / 4), lower, upper), most_apart=apart, limit=400.0,
+                    log=f"house {number}", strategies=("a", "b", "c"), driven="abc"[driven], lower=lower,
+                    upper=upper, estimate=np.clip(true + rng.normal(0, width / 4), lower, upper),
+                    max_difference=apart, limit=400.0,
                 )
             )  # fmt: skip
         pool.append(
@@ -87,7 +88,7 @@ def test_a_pool_is_kept_as_it_was(tmp_path: Path) -> None:
     again = read_pool(tmp_path / "pool.jsonl")
     assert [t.true for t in again] == [t.true for t in pool]
     assert all(
-        np.array_equal(x.most_apart, y.most_apart) and x.driven == y.driven
+        np.array_equal(x.max_difference, y.max_difference) and x.driven == y.driven
         for a, b in zip(again, pool, strict=True) for x, y in zip(a.seen, b.seen, strict=True)
     )  # fmt: skip
     (tmp_path / "pool.jsonl").write_text("{}")

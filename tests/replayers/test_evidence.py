@@ -91,8 +91,8 @@ def test_beliefs_that_change_about_a_pair_are_not_steady(tmp_path: Path) -> None
         )
 
     run = toy_run(tmp_path)
-    assert evidence_of(replace(run, beliefs=(update(0.5), update(0.5)))).steady
-    assert not evidence_of(replace(run, beliefs=(update(0.5), update(0.6)))).steady
+    assert evidence_of(replace(run, beliefs=(update(0.5), update(0.5)))).static_beliefs
+    assert not evidence_of(replace(run, beliefs=(update(0.5), update(0.6)))).static_beliefs
 
 
 def test_what_was_refused_is_refused_again_unless_it_worked_later(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ def _rounds(ghosts: Ghosts, log: Path, copy: Path) -> Iterator[GhostReport]:
 
 def _checked(log: Path, copy: Path, output: Path | None = None) -> tuple[dict[str, GhostBounds], list[GhostReport]]:
     """The last bounds of every strategy, once those of all rounds are seen to narrow towards the whole log's."""
-    reports = list(_rounds(Ghosts(copy, GHOSTS, output=output, clock=lambda: 0.0, most_stretches=60), log, copy))
+    reports = list(_rounds(Ghosts(copy, GHOSTS, output=output, clock=lambda: 0.0, max_segments=60), log, copy))
     assert not any(report.note for report in reports if report.bounds), [r.note for r in reports]
     last: dict[str, GhostBounds] = {}
     for report in reports:
@@ -50,9 +50,9 @@ def _checked(log: Path, copy: Path, output: Path | None = None) -> tuple[dict[st
                 assert now.least_extra >= before.least_extra
                 assert now.most_extra <= before.most_extra
             last[now.strategy] = now
-    ground = prepare_log(read(log), ReplaySettings(worlds=0, budget=Budget(stretches=120, draws=0)))
+    prepared = prepare_log(read(log), ReplaySettings(worlds=0, budget=Budget(segments=120, draws=0)))
     for name, kept in last.items():
-        whole = replay_on(ground, name).bounds
+        whole = replay_on(prepared, name).bounds
         assert whole is not None
         assert kept.lower <= whole.least_found + NEAR_COST
         assert kept.upper >= whole.largest_found - NEAR_COST
@@ -84,7 +84,7 @@ def test_bounds_over_the_beginnings_of_shipped_logs_hold_for_the_whole(name: str
 def test_the_driven_strategy_is_provably_beaten_once_the_mug_is_found(tmp_path: Path) -> None:
     """find-greedy: model-lios would have gone to the dresser first and paid at least 31.9, at most 37.5, not 43.7."""
     log, copy = LOGS / "find-greedy.mcap", tmp_path / "copy.mcap"
-    reports = list(_rounds(Ghosts(copy, ("model-lios",), clock=lambda: 0.0, most_stretches=60), log, copy))
+    reports = list(_rounds(Ghosts(copy, ("model-lios",), clock=lambda: 0.0, max_segments=60), log, copy))
     verdicts = [verdict(report.bounds) for report in reports if report.bounds]
     assert verdicts[0] is Verdict.OPEN
     assert verdicts[-1] is Verdict.BEATEN
@@ -108,7 +108,7 @@ def test_ghosts_are_recorded_as_replays_with_their_bounds(tmp_path: Path) -> Non
 
 def test_nothing_new_is_no_round_and_the_end_is_told(tmp_path: Path) -> None:
     log = write_toy_log(tmp_path / "run.mcap")
-    ghosts = Ghosts(log, GHOSTS, clock=lambda: 0.0, most_stretches=60)
+    ghosts = Ghosts(log, GHOSTS, clock=lambda: 0.0, max_segments=60)
     reports = [ghosts.next_round() for _ in range(20)]
     said = [report for report in reports if report is not None]
     assert said[-1].ended == "The run has ended."
@@ -129,7 +129,7 @@ def test_a_strategy_that_cannot_be_replayed_is_bounded_by_what_it_spent(tmp_path
 
 def test_another_run_or_task_under_the_same_name_ends_the_ghosts(tmp_path: Path) -> None:
     log = write_toy_log(tmp_path / "run.mcap")
-    ghosts = Ghosts(log, GHOSTS, clock=lambda: 0.0, most_stretches=60)
+    ghosts = Ghosts(log, GHOSTS, clock=lambda: 0.0, max_segments=60)
     assert ghosts.next_round() is not None
     task = toy_options()["task"]
     changed = {**toy_options(), "task": replace(task, failure_cost=500.0)}  # type: ignore[type-var]

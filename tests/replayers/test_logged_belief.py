@@ -31,15 +31,17 @@ def recorded(tmp_path: Path) -> Evidence:
     return evidence_of(read(simulated_log(tmp_path / "run.mcap")))
 
 
-def by(evidence: Evidence, estimator: str, *, steady: bool = True) -> Evidence:
-    return replace(evidence, info=msgspec.structs.replace(evidence.info, estimator=estimator), steady=steady)
+def by(evidence: Evidence, estimator: str, *, static_beliefs: bool = True) -> Evidence:
+    return replace(
+        evidence, info=msgspec.structs.replace(evidence.info, estimator=estimator), static_beliefs=static_beliefs
+    )
 
 
 def test_the_logs_first_belief_serves_where_names_alone_count(tmp_path: Path) -> None:
     evidence = recorded(tmp_path)
     believer = estimator_for(evidence, (MUG,))
     assert isinstance(believer.estimator, LoggedBelief)
-    assert believer.steady
+    assert believer.static_beliefs
     assert believer.note == ""
     start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
     belief = believer.estimator.believe(start, (MUG,))
@@ -62,12 +64,12 @@ def test_a_belief_that_names_not_every_container_does_not_suffice(tmp_path: Path
 
 def test_an_estimator_that_learns_is_asked_again_if_it_is_here_and_held_fixed_if_not(tmp_path: Path) -> None:
     evidence = recorded(tmp_path)
-    gone = estimator_for(by(evidence, "somebody's@1", steady=False), (MUG,))
+    gone = estimator_for(by(evidence, "somebody's@1", static_beliefs=False), (MUG,))
     assert isinstance(gone.estimator, LoggedBelief)
     assert gone.note == HELD
     other_weights = estimator_for(by(evidence, "best@00000000"), (MUG,))
     assert other_weights.note == HELD
-    changed = estimator_for(by(evidence, evidence.info.estimator, steady=False), (MUG,))
+    changed = estimator_for(by(evidence, evidence.info.estimator, static_beliefs=False), (MUG,))
     assert changed.estimator.name == evidence.info.estimator
     assert isinstance(estimator_for(evidence, (MUG,), name="first").estimator, LoggedBelief)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from replayers.serving.playback_clock import PlaybackClock, Stretch
+from replayers.serving.playback_clock import PlaybackClock, TimeSpan
 from workbench.errors import BadValue
 
 S = 1_000_000_000
@@ -14,8 +14,8 @@ def test_every_time_is_passed_once_and_the_end_stops_it() -> None:
     clock = PlaybackClock(5 * S, 15 * S, 5 * S, speed=2.0)
     assert clock.advance(1.0) is None
     clock.play()
-    assert [clock.advance(2.0), clock.advance(0.5)] == [Stretch(5 * S, 9 * S), Stretch(9 * S, 10 * S)]
-    assert clock.advance(99.0) == Stretch(10 * S, 15 * S)
+    assert [clock.advance(2.0), clock.advance(0.5)] == [TimeSpan(5 * S, 9 * S), TimeSpan(9 * S, 10 * S)]
+    assert clock.advance(99.0) == TimeSpan(10 * S, 15 * S)
     assert clock.ended
     assert clock.advance(1.0) is None
 

@@ -53,7 +53,7 @@ def test_replays_are_kept_and_not_made_again(tmp_path: Path, monkeypatch: pytest
         list(replay_log(log, other))
 
 
-NOTHING_FOLLOWED = Budget(stretches=0, finish=0)
+NOTHING_FOLLOWED = Budget(segments=0, finish=0)
 
 
 def writing(folder: Path, told: tuple[str, ...], **settings: Any) -> ReplayRequest:
@@ -106,8 +106,8 @@ def test_a_damaged_replay_is_made_again(tmp_path: Path) -> None:
 
 def test_bounds_without_a_run_to_its_end_are_kept_and_read_again(tmp_path: Path) -> None:
     """Nothing is followed beyond the first question: no cost was found that some world certainly has."""
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0, budget=Budget(stretches=0, finish=0)))
-    made = to_stored(ground, replay_strategy(ground, InOrder((BED, COUNTER))), key="k")
+    prepared = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0, budget=Budget(segments=0, finish=0)))
+    made = to_stored(prepared, replay_strategy(prepared, InOrder((BED, COUNTER))), key="k")
     assert made.bounds is not None
     assert (made.bounds.least_found, made.bounds.largest_found) == (inf, -inf)
     assert (made.bounds.lower, made.bounds.upper) != (None, None)

@@ -162,8 +162,8 @@ def test_a_log_without_an_estimate_says_which_answer_it_lacks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = record_and_forget(tmp_path, monkeypatch, seen=True, strategy="conditioned-lios")
-    ground = prepare_log(run, ReplaySettings(worlds=10))
-    assert (ground.worlds is None) == any(note.startswith("no estimate: ") for note in ground.notes)
+    prepared = prepare_log(run, ReplaySettings(worlds=10))
+    assert (prepared.worlds is None) == any(note.startswith("no estimate: ") for note in prepared.notes)
 
 
 def test_one_that_is_costly_as_a_whole_is_replayed_without_its_code(

@@ -68,27 +68,27 @@ def test_grasps_that_failed_are_tried_again_as_they_were(tmp_path: Path, grasps:
     assert run.outcome is not None
     picks = [action for action in run.actions if action.action == "pick"]
     assert [pick.success for pick in picks][:grasps] == [False] * grasps
-    ground = prepare_log(run, ReplaySettings(worlds=0))
-    result = replay_on(ground, run.info.strategy)
+    prepared = prepare_log(run, ReplaySettings(worlds=0))
+    result = replay_on(prepared, run.info.strategy)
     assert result.cost == pytest.approx(run.outcome.cost)
 
 
 def test_an_old_log_is_replayed_with_the_estimator_that_it_names_where_that_is_here(tmp_path: Path) -> None:
     run = rounded_log(tmp_path, estimator="")
-    ground = prepare_log(run, ReplaySettings(worlds=0))
-    assert not isinstance(ground.estimator, LoggedBelief)
-    assert ground.estimator.name == run.info.estimator
-    assert ground.exact_beliefs
-    assert not any("rounds" in note for note in ground.notes)
+    prepared = prepare_log(run, ReplaySettings(worlds=0))
+    assert not isinstance(prepared.estimator, LoggedBelief)
+    assert prepared.estimator.name == run.info.estimator
+    assert prepared.exact_beliefs
+    assert not any("rounds" in note for note in prepared.notes)
 
 
 def test_rounded_beliefs_make_nothing_exact_that_goes_by_them(tmp_path: Path) -> None:
     """Other strategies that read beliefs get bounds that hold whatever is believed; those of the rounded ones stand
     apart. Greedy goes by distance alone, and the strategy that drove the run did what was recorded."""
     run = rounded_log(tmp_path)
-    ground = prepare_log(run, ReplaySettings(worlds=20))
-    assert any("rounds beliefs to six decimals" in note for note in ground.notes)
-    other = replay_on(ground, "pes-lios")
+    prepared = prepare_log(run, ReplaySettings(worlds=20))
+    assert any("rounds beliefs to six decimals" in note for note in prepared.notes)
+    other = replay_on(prepared, "pes-lios")
     assert other.bounds is not None
     assert not other.exact
     assert Proof.EXACT not in (other.bounds.lower_proof, other.bounds.upper_proof)
@@ -96,8 +96,8 @@ def test_rounded_beliefs_make_nothing_exact_that_goes_by_them(tmp_path: Path) ->
     assert other.bounds.lower <= other.if_beliefs_stand.lower
     assert other.if_beliefs_stand.upper <= other.bounds.upper
     plain = replay_on(prepare_log(read(run.path), ReplaySettings(worlds=20)), "opt-greedy")
-    assert replay_on(ground, "opt-greedy").bounds == plain.bounds
-    drove = replay_on(ground, "model-lios")
+    assert replay_on(prepared, "opt-greedy").bounds == plain.bounds
+    drove = replay_on(prepared, "model-lios")
     assert run.outcome is not None
     assert drove.exact
     assert drove.cost is not None
@@ -107,14 +107,14 @@ def test_rounded_beliefs_make_nothing_exact_that_goes_by_them(tmp_path: Path) ->
 def test_a_recorded_cost_that_does_not_come_again_leaves_no_claim(tmp_path: Path) -> None:
     run = read(simulated_log(tmp_path / "run.mcap"), with_truth=True)
     assert run.outcome is not None
-    ground = prepare_log(with_cost(run, run.outcome.cost + 0.5), ReplaySettings(worlds=20, with_truth=True))
+    prepared = prepare_log(with_cost(run, run.outcome.cost + 0.5), ReplaySettings(worlds=20, with_truth=True))
     for name in ("model-lios", "opt-greedy", "oracle"):
-        made = replay_on(ground, name)
+        made = replay_on(prepared, name)
         assert made.status is RunStatus.NOT_REPRODUCED
         assert (made.bounds, made.estimate, made.drawn, made.true_cost, made.cost) == (None,) * 5
         assert "0.50" in made.reason or "where the run cost" in made.reason
         assert made.reason in made.notes
-    assert replay_strategy(ground, InOrder((TABLE, COUNTER))).status is RunStatus.NOT_REPRODUCED
+    assert replay_strategy(prepared, InOrder((TABLE, COUNTER))).status is RunStatus.NOT_REPRODUCED
     assert isinstance(run.outcome, Outcome)
 
 
@@ -122,16 +122,16 @@ def test_beliefs_that_somebody_asked_for_are_said_to_be_others(tmp_path: Path) -
     """With other beliefs than the run's the recorded strategy need not do what it did: a note, and figures."""
     run = read(simulated_log(tmp_path / "run.mcap"))
     assert run.outcome is not None
-    ground = prepare_log(with_cost(run, run.outcome.cost + 0.5), ReplaySettings(worlds=0, estimator="fcnn"))
-    made = replay_on(ground, "opt-greedy")
+    prepared = prepare_log(with_cost(run, run.outcome.cost + 0.5), ReplaySettings(worlds=0, estimator="fcnn"))
+    made = replay_on(prepared, "opt-greedy")
     assert made.bounds is not None
     assert any("itself does not do what was recorded" in note for note in made.notes)
 
 
 def test_the_dearest_world_that_was_drawn_is_known(tmp_path: Path) -> None:
     """Nothing is followed for the bounds, so that drawn worlds alone have ends: the written ones are those."""
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=200, budget=Budget(stretches=0, finish=0)))
-    made = replay_strategy(ground, InOrder((BED, DESK, TABLE, COUNTER)), worlds=("best", "worst"))
+    prepared = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=200, budget=Budget(segments=0, finish=0)))
+    made = replay_strategy(prepared, InOrder((BED, DESK, TABLE, COUNTER)), worlds=("best", "worst"))
     assert made.bounds is not None
     assert made.drawn is not None
     assert made.bounds.least_found == made.drawn.min()

@@ -17,14 +17,15 @@ from workbench.plugins import NameOrigin, NotFromLog
 
 
 def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=20))
-    made = replay_on(ground, "misbehaving:Behaves", origin=NameOrigin.USER)
+    prepared = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=20))
+    made = replay_on(prepared, "misbehaving:Behaves", origin=NameOrigin.USER)
     assert made.strategy == "behaves"
     assert made.status is RunStatus.DONE
     assert made.cost == 11.0
     assert made.exact
 
 
+@pytest.mark.ci_but(5)
 @pytest.mark.parametrize(
     ("planner", "reason"),
     [
@@ -43,13 +44,16 @@ def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
     ],
 )
 def test_misbehaving_is_a_status_with_its_reason(tmp_path: Path, planner: str, reason: str) -> None:
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0, timeout_s=0.3 if "Hangs" in planner else 120.0))
-    made = replay_on(ground, planner, origin=NameOrigin.USER)
+    prepared = prepare_log(
+        toy_run(tmp_path), ReplaySettings(worlds=0, timeout_s=0.3 if "Hangs" in planner else 120.0)
+    )
+    made = replay_on(prepared, planner, origin=NameOrigin.USER)
     assert made.status is RunStatus.PLANNER_FAILED
     assert reason in made.reason
     assert (made.bounds, made.cost, made.exact) == (None, None, False)
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize(
     ("planner", "reason"),
     [("RaisesLater", "it raised ValueError: no idea of beds"), ("HangsLater", "no decision within")],
@@ -58,8 +62,10 @@ def test_breaking_only_where_the_log_cannot_tell_is_told_and_nothing_claimed(
     tmp_path: Path, planner: str, reason: str
 ) -> None:
     """Over the log alone it stops at the bed, undetermined; beyond it no world gets a cost."""
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=20, timeout_s=1.0 if "Hangs" in planner else 120.0))
-    made = replay_on(ground, f"misbehaving:{planner}", origin=NameOrigin.USER, worlds=("best", "worst", "drawn"))
+    prepared = prepare_log(
+        toy_run(tmp_path), ReplaySettings(worlds=20, timeout_s=1.0 if "Hangs" in planner else 120.0)
+    )
+    made = replay_on(prepared, f"misbehaving:{planner}", origin=NameOrigin.USER, worlds=("best", "worst", "drawn"))
     assert made.unseen == BED
     assert made.status is RunStatus.PLANNER_FAILED
     assert reason in made.reason
@@ -68,6 +74,7 @@ def test_breaking_only_where_the_log_cannot_tell_is_told_and_nothing_claimed(
     assert not made.worlds
 
 
+@pytest.mark.ci
 def test_a_process_that_died_is_started_again_but_not_for_ever(tmp_path: Path) -> None:
     with Sandboxed("misbehaving:Dies", origin=NameOrigin.USER) as planner:
         view = None
@@ -98,8 +105,8 @@ def test_which_names_come_from_outside() -> None:
 
 def test_what_a_planner_prints_is_no_part_of_the_answer(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Standard output may be read by a machine (--json)."""
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0))
-    assert replay_on(ground, "misbehaving:Prints", origin=NameOrigin.USER).exact
+    prepared = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0))
+    assert replay_on(prepared, "misbehaving:Prints", origin=NameOrigin.USER).exact
     told = capfd.readouterr()
     assert told.out == ""
     assert "what I think" in told.err

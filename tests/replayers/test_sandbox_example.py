@@ -34,8 +34,8 @@ def own(name: str) -> Strategy:
 
 
 def test_it_is_replayed_by_module_and_class(tmp_path: Path) -> None:
-    ground = prepare_log(read(simulated_log(tmp_path / "run.mcap", name="opt-greedy")), ReplaySettings(worlds=20))
-    made = replay_on(ground, "own_planner:RoomsFirst", origin=NameOrigin.USER)
+    prepared = prepare_log(read(simulated_log(tmp_path / "run.mcap", name="opt-greedy")), ReplaySettings(worlds=20))
+    made = replay_on(prepared, "own_planner:RoomsFirst", origin=NameOrigin.USER)
     assert made.strategy == "rooms-first"
     assert made.status in (RunStatus.DONE, RunStatus.UNDETERMINED)
     assert made.bounds is not None

@@ -121,31 +121,31 @@ def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_strategies_over_one_log_share_a_memory(tmp_path: Path) -> None:
     toy_evidence(tmp_path)
-    ground = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=0))
-    replay_on(ground, "opt-lios")
-    known = len(ground.memory.firsts)
+    prepared = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=0))
+    replay_on(prepared, "opt-lios")
+    known = len(prepared.memory.firsts)
     assert known
-    replay_on(ground, "pes-lios")
-    assert len(ground.memory.firsts) == known
-    assert fast_strategy(strategy("opt-lios"), ground.memory).name == "opt-lios"
+    replay_on(prepared, "pes-lios")
+    assert len(prepared.memory.firsts) == known
+    assert fast_strategy(strategy("opt-lios"), prepared.memory).name == "opt-lios"
 
 
 def test_a_world_is_told_with_the_whole_order_of_looks(tmp_path: Path) -> None:
     """Branches are decided without words; a run that people read has them."""
     toy_evidence(tmp_path)
-    ground = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=0))
-    told = replay_on(ground, "opt-greedy", worlds=("best",)).worlds["best"]
+    prepared = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=0))
+    told = replay_on(prepared, "opt-greedy", worlds=("best",)).worlds["best"]
     assert max(len(event.made.search_order) for event in told if isinstance(event, PlanMade)) > 1
 
 
 def test_a_replay_leaves_nothing_for_the_collector(tmp_path: Path) -> None:
     """Trees of runs are large; they go when the replay is done, not when the collector comes round."""
     toy_evidence(tmp_path)
-    ground = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=5))
+    prepared = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=5))
     gc.collect()
     gc.disable()
     try:
-        replay_on(ground, "opt-greedy")
+        replay_on(prepared, "opt-greedy")
         # Not isinstance: it asks every object alive for its __class__, and torch warns at that.
         left = [thing for thing in gc.get_objects() if issubclass(type(thing), Node | RunTree | BoundSearch)]
     finally:

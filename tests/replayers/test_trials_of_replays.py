@@ -112,7 +112,7 @@ def test_logs_recorded_with_misses_are_replayed_with_as_many() -> None:
     plan = MeasurementSettings(
         places=(place,),
         strategies=("opt-greedy", "model-lios"),
-        settings=ReplaySettings(worlds=0, budget=Budget(stretches=100)),
+        settings=ReplaySettings(worlds=0, budget=Budget(segments=100)),
         miss_rate=0.5,
     )
     made = [c for c in measure(place, plan) if isinstance(c, Counterfactual)]

@@ -50,7 +50,7 @@ import replayers.batch.log_replayer
 import replayers.batch.replay_all as batch
 from replayers.counterfactual.prepared_log import ReplaySettings
 
-def replay_on(ground, name, origin, worlds):
+def replay_on(prepared, name, origin, worlds):
     import os
     (Path(sys.argv[2]) / str(os.getpid())).touch()
     time.sleep(600)
@@ -80,6 +80,7 @@ def test_families_name_strategies_that_there_are() -> None:
     assert set(members) <= {*strategy_names(with_truth=False), *VARIANTS}
 
 
+@pytest.mark.ci
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are copies on Linux only")
 @pytest.mark.parametrize(
     "names",
@@ -106,6 +107,7 @@ def _outcomes(output: Path, workers: int, names: str, logs: list[str]) -> list[d
     return json.loads(done.stdout)
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are copies on Linux only")
 @pytest.mark.parametrize("how", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGKILL])
 def test_what_is_stopped_stops_in_every_process(how: signal.Signals, tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ def test_ranks_of_a_row_by_hand() -> None:
     assert ranked(scores, 2).tolist() == [[1, 2], [3, 2]]
     small = np.array([[1e-12, 3e-12, 2e-12]])
     assert ranked(small).tolist() == [[0, 1, 2]]
-    assert ranked(small, smallest=0.0).tolist() == [[1, 2, 0]]
+    assert ranked(small, min_scale=0.0).tolist() == [[1, 2, 0]]
 
 
 @given(st.lists(st.integers(0, 4), min_size=1, max_size=9), st.integers(0, 2**32 - 1))

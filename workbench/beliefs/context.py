@@ -17,8 +17,7 @@ import numpy as np
 
 from workbench.arrays import Floats
 from workbench.beliefs.observed_scene import ROOM_KINDS, Scene
-from workbench.beliefs.placement_mixture import MAX_RATE as MOST_RATE
-from workbench.beliefs.placement_mixture import MIN_RATE as LEAST_RATE
+from workbench.beliefs.placement_mixture import MAX_RATE, MIN_RATE
 from workbench.beliefs.placements import condition_on_existence
 
 MIN_PROBABILITY = 1e-4
@@ -77,7 +76,7 @@ def _competition(scene: Scene, opinions: NameOpinions) -> list[Floats]:
     same = _same_room(scene)[np.ix_(is_open, is_open)]
     large, wide, rate_large = p * breadth, p * np.sqrt(breadth), rates * breadth
     as_rates = rate_large * (rates.sum(axis=1, keepdims=True) / rate_large.sum(axis=1, keepdims=True))
-    by_area = condition_on_existence(np.clip(as_rates, LEAST_RATE, MOST_RATE), several, room)
+    by_area = condition_on_existence(np.clip(as_rates, MIN_RATE, MAX_RATE), several, room)
     in_room, in_house = p @ same, p.sum(axis=1, keepdims=True)
     share = p / in_house
     return [

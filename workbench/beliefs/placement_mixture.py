@@ -135,22 +135,22 @@ def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: F
     Args:
         vectors: sentence vectors of the item types, shape (items, dimensions), of unit length.
     """
-    lesson = _lesson(found, vectors, how)
-    held, stood = lesson.held, lesson.stood
+    data = _training_data(found, vectors, how)
+    held, stood = data.held, data.stood
     count, often = min(how.kinds, len(held)), held.sum(axis=1)
     drawn = np.minimum(often, 20.0)
     starts = np.sort(rng.choice(len(held), count, replace=False, p=drawn / drawn.sum()))
     share = np.minimum(1.0, 20.0 / often[starts])[:, None]
-    expected = stood[starts] * lesson.base
+    expected = stood[starts] * data.base
     exposed = stood[starts] * (share * often[starts, None] / expected.sum(axis=1, keepdims=True))
     kinds = Kinds(
-        rate=_rates(held[starts] * share, exposed, lesson, how),
+        rate=_rates(held[starts] * share, exposed, data, how),
         centre=(vectors[starts] + vectors.mean(axis=0)) / 2,
         weight=np.full((count, len(how.closeness)), 1.0 / count / len(how.closeness)),
     )
     for number in range(how.rounds):
         softness = min(1.0, 0.2 + number / (how.rounds / 2))
-        kinds = _em_step(kinds, lesson, softness, how)
+        kinds = _em_step(kinds, data, softness, how)
     return kinds
 
 
@@ -224,7 +224,7 @@ def _duplicate_probability(rates: Floats, has: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Lesson:
+class _TrainingData:
     """A tally prepared for fitting.
 
     Attributes:
@@ -243,7 +243,7 @@ class _Lesson:
     prior: Floats
 
 
-def _lesson(found: Tally, vectors: Floats, how: FitSettings) -> _Lesson:
+def _training_data(found: Tally, vectors: Floats, how: FitSettings) -> _TrainingData:
     """A tally prepared for fitting; overall rates are smoothed towards those of the same container type."""
     held, stood = found.held.sum(axis=0), found.stood.sum(axis=0)
     types = len(found.items)
@@ -252,7 +252,7 @@ def _lesson(found: Tally, vectors: Floats, how: FitSettings) -> _Lesson:
     base = ((held + by_type * how.unseen * types) / (stood + how.unseen * types)).ravel()
     prior = stood.ravel() / types + how.unseen
     base = base / (stood.ravel() / types * base).sum()
-    return _Lesson(
+    return _TrainingData(
         held=found.held.reshape(types, -1),
         stood=found.stood.reshape(types, -1),
         vectors=vectors,
@@ -262,18 +262,18 @@ def _lesson(found: Tally, vectors: Floats, how: FitSettings) -> _Lesson:
     )
 
 
-def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: FitSettings) -> Floats:
+def _rates(held: Floats, exposed: Floats, data: _TrainingData, how: FitSettings) -> Floats:
     """Relative rates of kinds from finds and exposures, shape (kinds, places).
 
     With little data, rates are drawn towards the overall rates times the kind's preference for the room.
     """
-    shape = (len(held), lesson.rooms, -1)
+    shape = (len(held), data.rooms, -1)
     in_rooms = held.reshape(shape).sum(axis=2) + 1
-    usual = (exposed * lesson.base).reshape(shape).sum(axis=2) + 1
-    lifted = lesson.base * np.repeat(in_rooms / usual, held.shape[1] // lesson.rooms, axis=1)
-    lifted = lifted / (lifted * lesson.prior).sum(axis=1, keepdims=True)
-    rate = (held + how.doubt * lesson.prior * lifted) / (exposed + how.doubt * lesson.prior)
-    return rate / (rate * lesson.stood.mean(axis=0)).sum(axis=1, keepdims=True)
+    usual = (exposed * data.base).reshape(shape).sum(axis=2) + 1
+    lifted = data.base * np.repeat(in_rooms / usual, held.shape[1] // data.rooms, axis=1)
+    lifted = lifted / (lifted * data.prior).sum(axis=1, keepdims=True)
+    rate = (held + how.doubt * data.prior * lifted) / (exposed + how.doubt * data.prior)
+    return rate / (rate * data.stood.mean(axis=0)).sum(axis=1, keepdims=True)
 
 
 def _membership(
@@ -307,12 +307,12 @@ def _prior_strengths(
     return pulls
 
 
-def _em_step(kinds: Kinds, lesson: _Lesson, softness: float, how: FitSettings) -> Kinds:
+def _em_step(kinds: Kinds, data: _TrainingData, softness: float, how: FitSettings) -> Kinds:
     """One iteration: memberships, then kinds. Repeated finds of a type count less than first ones, being its own
     habit."""
     from scipy.special import digamma
 
-    held, stood, vectors = lesson.held, lesson.stood, lesson.vectors
+    held, stood, vectors = data.held, data.stood, data.vectors
     member = _membership(kinds, held, stood, vectors, softness, how)
     at, place = np.nonzero(held)
     finds, scale = held[at, place], stood @ kinds.rate.T
@@ -324,7 +324,7 @@ def _em_step(kinds: Kinds, lesson: _Lesson, softness: float, how: FitSettings) -
     exposed = (by_type / np.maximum(scale.T, 1e-12)) @ stood
     whole = member.sum(axis=2)
     return Kinds(
-        rate=_rates(found_of, exposed, lesson, how),
+        rate=_rates(found_of, exposed, data, how),
         centre=(whole.T @ vectors + 2 * vectors.mean(axis=0)) / (whole.sum(axis=0)[:, None] + 2),
         weight=(member.sum(axis=0) + 0.5) / (len(held) + 0.5 * kinds.weight.size),
     )

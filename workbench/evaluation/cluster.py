@@ -34,7 +34,7 @@ AHEAD_A_WORKER = 3
 """Units that wait for each worker, which bounds what is held of many."""
 NOT_INSTALLED = "0.0.0"
 """The version of a source tree that was never installed."""
-LEAST_AHEAD = 64
+MIN_AHEAD = 64
 """On a cluster, units that are handed out at least: workers may come later."""
 
 
@@ -177,7 +177,7 @@ def on_cluster(
             return future
 
         index: dict[str, int] = {}
-        done = distributed.as_completed(handed_out(max(LEAST_AHEAD, AHEAD_A_WORKER * _threads(client))))
+        done = distributed.as_completed(handed_out(max(MIN_AHEAD, AHEAD_A_WORKER * _threads(client))))
         for future in done:
             try:
                 found, worker, result = future.result()

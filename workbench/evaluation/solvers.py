@@ -85,14 +85,14 @@ def compare_solvers(
     names: Sequence[str],
     *,
     budget_s: float,
-    watched: Callable[[list[tuple[str, str]]], Iterable[tuple[str, str]]] = iter,
+    progress: Callable[[list[tuple[str, str]]], Iterable[tuple[str, str]]] = iter,
 ) -> Iterator[SolverRow]:
     """A row for each scenario and solver, in order.
 
     Args:
         problems: by scenario.
         budget_s: the time for one plan in seconds.
-        watched: wraps the pairs of scenario and solver, to show progress.
+        progress: wraps the pairs of scenario and solver, to show progress.
     """
     best = {
         scenario: [
@@ -100,7 +100,7 @@ def compare_solvers(
         ]
         for scenario, some in problems.items()
     }
-    for scenario, name in watched([(scenario, name) for scenario in problems for name in names]):
+    for scenario, name in progress([(scenario, name) for scenario in problems for name in names]):
         made = solver_named(name, origin=NameOrigin.USER)
         yield _row(scenario, made, problems[scenario], best[scenario], budget_s)
 

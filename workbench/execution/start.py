@@ -31,14 +31,14 @@ class TaskStart:
 
 
 def scenario_start(
-    scenario: str, house: House, *, seed: int, travel: TravelCosts | None = None, most_known: float = MAX_KNOWN_SHARE
+    scenario: str, house: House, *, seed: int, travel: TravelCosts | None = None, max_known: float = MAX_KNOWN_SHARE
 ) -> TaskStart:
     """The start of a scenario in a house; the same seed gives the same.
 
     Args:
         scenario: a name of the paper's, or a scenario file.
         travel: if given, the task names only what can be reached.
-        most_known: largest share of containers known at the start.
+        max_known: largest share of containers known at the start.
 
     Raises:
         UnknownName: no such scenario.
@@ -46,12 +46,12 @@ def scenario_start(
     """
     house = with_scenario_items(scenario, house, seed=seed)
     task = make_task(scenario, house, seed=seed, travel=travel)
-    known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=most_known)
+    known = known_at_start(house.plan, rng=np.random.default_rng(seed), max_known=max_known)
     return TaskStart(house=house, task=task, known=known)
 
 
 def known_at_start(
-    plan: FloorPlan, *, rng: np.random.Generator, most: float = MAX_KNOWN_SHARE
+    plan: FloorPlan, *, rng: np.random.Generator, max_known: float = MAX_KNOWN_SHARE
 ) -> tuple[ContainerId, ...]:
     """Draw the containers whose contents are known, in the plan's order.
 
@@ -60,9 +60,9 @@ def known_at_start(
     Raises:
         BadValue: a share outside [0, 1].
     """
-    if not 0 <= most <= 1:
-        raise BadValue("share of containers known at the start", most, "within [0, 1]")
+    if not 0 <= max_known <= 1:
+        raise BadValue("share of containers known at the start", max_known, "within [0, 1]")
     containers = [container.id for container in plan.containers]
-    count = int(rng.integers(0, int(most * len(containers)) + 1))
+    count = int(rng.integers(0, int(max_known * len(containers)) + 1))
     chosen = set(rng.choice(len(containers), size=count, replace=False).tolist()) if count else set[int]()
     return tuple(c for i, c in enumerate(containers) if i in chosen)

@@ -244,10 +244,10 @@ def problem_of(
     """
     things: list[Thing] = []
     found = find_costs.item_types if find_costs is not None else ()
-    most_by_type = dict(max_wants_by_type(goal))
+    max_by_type = dict(max_wants_by_type(goal))
     if every_item:
-        most_by_type |= {t: 0 for t in sorted(knowledge.known_types) if t not in most_by_type}
-    for item_type, most in most_by_type.items():
+        max_by_type |= {t: 0 for t in sorted(knowledge.known_types) if t not in max_by_type}
+    for item_type, most in max_by_type.items():
         for location, item in knowledge.where(item_type):
             if knowledge.travel.reaches(location):
                 things.append(Thing(id=item.id, type=item_type, at=location))

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Floats, Ints
-from workbench.tolerances import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import MIN_SCALE, RELATIVE
 
 TILE = 64
 """Targets that are processed together."""
@@ -247,7 +247,7 @@ def _best_order(missing: Floats, between_m: Floats, from_m: Floats, found: Float
                 costs[a] = r * (leg + search) + (r - missing[after]) * found[a] + table[after, a]
                 best, some = (min(best, costs[a]) if some else costs[a]), True
         if stop == 0:
-            slack = RELATIVE * max(SMALLEST_SCALE, abs(best))
+            slack = RELATIVE * max(MIN_SCALE, abs(best))
         chosen = 0
         while subset >> chosen & 1 or costs[chosen] > best + slack:
             chosen += 1

@@ -16,14 +16,14 @@ from typing import TypeVar
 import numpy as np
 
 from workbench.arrays import Floats, Indices
-from workbench.tolerances import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import MIN_SCALE, RELATIVE
 
 T = TypeVar("T")
 
 
-def tolerance(scale: float, *, smallest: float = SMALLEST_SCALE) -> float:
+def tolerance(scale: float, *, min_scale: float = MIN_SCALE) -> float:
     """What two costs of that size may differ by and still be equal."""
-    return RELATIVE * max(smallest, abs(scale)) if isfinite(scale) else RELATIVE
+    return RELATIVE * max(min_scale, abs(scale)) if isfinite(scale) else RELATIVE
 
 
 def first_least(costs: Sequence[float] | Floats, *, scale: float | None = None) -> int:
@@ -57,33 +57,33 @@ def by_cost(things: Iterable[T], cost: Callable[[T], float]) -> list[T]:
     return [listed[int(i)] for i in ranked(-costs)[0]]
 
 
-def ranked(scores: Floats, count: int | None = None, *, smallest: float = SMALLEST_SCALE) -> Indices:
+def ranked(scores: Floats, count: int | None = None, *, min_scale: float = MIN_SCALE) -> Indices:
     """Indices of the greatest scores of each row, greatest first; of equal ones the earlier.
 
     Args:
         scores: shape (rows, n).
         count: how many of each row; None for all.
-        smallest: the scale below which the tolerance shrinks no further; 0 where scores of any size differ.
+        min_scale: the scale below which the tolerance shrinks no further; 0 where scores of any size differ.
 
     Returns:
         Shape (rows, min(count, n)).
     """
     order = np.argsort(-scores, axis=1, kind="stable")
     in_order = np.take_along_axis(scores, order, axis=1)
-    slack = RELATIVE * np.maximum(smallest, np.abs(in_order[:, :-1]))
+    slack = RELATIVE * np.maximum(min_scale, np.abs(in_order[:, :-1]))
     with np.errstate(invalid="ignore"):  # infinite less infinite
         gap = in_order[:, :-1] - in_order[:, 1:]
     for row in np.flatnonzero(((gap > 0) & (gap <= slack)).any(axis=1)):
-        order[row] = _ranked_one_by_one(scores[row], smallest)
+        order[row] = _ranked_one_by_one(scores[row], min_scale)
     return order if count is None else order[:, :count]
 
 
-def _ranked_one_by_one(scores: Floats, smallest: float) -> Indices:
+def _ranked_one_by_one(scores: Floats, min_scale: float) -> Indices:
     """The same of one row that has near-ties: always the first of all that are equal to the greatest left."""
     left = np.ones(len(scores), dtype=np.bool_)
     order = np.empty(len(scores), dtype=np.intp)
     for place in range(len(scores)):
         greatest = float(scores[left].max())
-        order[place] = int(np.argmax(left & (scores >= greatest - tolerance(greatest, smallest=smallest))))
+        order[place] = int(np.argmax(left & (scores >= greatest - tolerance(greatest, min_scale=min_scale))))
         left[order[place]] = False
     return order

@@ -17,7 +17,7 @@ from workbench.worlds.house import FloorPlan, Opening, Wall
 THICKNESS_M = 0.09
 REACH_M = 0.25
 """An opening this close to a wall's line lies in it."""
-SHORTEST_M = 0.02
+MIN_WALL_M = 0.02
 """Pieces and openings below this are left out."""
 
 
@@ -65,7 +65,7 @@ def standing_walls(plan: FloorPlan) -> tuple[Wall, ...]:
     """Each standing wall once, whichever of its two sides is listed first."""
     seen: dict[tuple[Point, ...], Wall] = {}
     for wall in plan.walls:
-        if wall.empty or hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]) < SHORTEST_M:
+        if wall.empty or hypot(wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]) < MIN_WALL_M:
             continue
         ends = sorted((round(p[0], 2), round(p[1], 2)) for p in (wall.start, wall.end))
         seen.setdefault(tuple(ends), wall)
@@ -74,7 +74,7 @@ def standing_walls(plan: FloorPlan) -> tuple[Wall, ...]:
 
 def line_of(wall: Wall) -> WallLine:
     dx, dy = wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]
-    length = max(hypot(dx, dy), SHORTEST_M)
+    length = max(hypot(dx, dy), MIN_WALL_M)
     return WallLine(wall.start, (dx / length, dy / length), length, wall.height_m)
 
 
@@ -109,7 +109,7 @@ def pieces_of(line: WallLine, gaps: Sequence[Gap], *, top_m: float) -> tuple[Wal
             pieces.append(WallPiece(start, gap.end_m, gap.top_m, top_m))
         at = max(at, gap.end_m)
     pieces.append(WallPiece(at, line.length_m + THICKNESS_M / 2, 0.0, top_m))
-    return tuple(p for p in pieces if p.end_m - p.start_m >= SHORTEST_M and p.high_m - p.low_m >= SHORTEST_M)
+    return tuple(p for p in pieces if p.end_m - p.start_m >= MIN_WALL_M and p.high_m - p.low_m >= MIN_WALL_M)
 
 
 def _span(line: WallLine, opening: Opening) -> tuple[float, float] | None:
@@ -121,4 +121,4 @@ def _span(line: WallLine, opening: Opening) -> tuple[float, float] | None:
             return None
         ends.append(rx * line.along[0] + ry * line.along[1])
     start, end = max(0.0, min(ends)), min(line.length_m, max(ends))
-    return (start, end) if end - start > SHORTEST_M else None
+    return (start, end) if end - start > MIN_WALL_M else None

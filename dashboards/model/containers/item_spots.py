@@ -9,19 +9,19 @@ import numpy as np
 from workbench.arrays import Floats32
 from workbench.worlds.house import Container
 
-MARK_M, LEAST_M = 0.1, 0.03
+MARK_M, MIN_MARK_M = 0.1, 0.03
 """Diameter of an item's mark: where there is room, and at least."""
 INSET = 0.8
 """Share of the top's width and depth that the marks use."""
-LEAST_SIDE_M = 0.15
+MIN_SIDE_M = 0.15
 
 
 def item_spots(container: Container, count: int) -> tuple[Floats32, float]:
     """Centres of marks in metres on the map, float32 (count, 3), in rows; and the diameter that fits."""
-    wide, deep = (max(side * INSET, LEAST_SIDE_M) for side in container.size_m[:2])
+    wide, deep = (max(side * INSET, MIN_SIDE_M) for side in container.size_m[:2])
     columns = max(1, min(count, ceil(sqrt(count * wide / deep))))
     rows = max(1, ceil(count / columns))
-    size_m = max(LEAST_M, min(MARK_M, 0.9 * wide / columns, 0.9 * deep / rows))
+    size_m = max(MIN_MARK_M, min(MARK_M, 0.9 * wide / columns, 0.9 * deep / rows))
     number = np.arange(count)
     x = ((number % columns + 0.5) / columns - 0.5) * wide
     y = ((number // columns + 0.5) / rows - 0.5) * deep

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MADE_OF_ACTIONS = ("simulation", "replay")
 """Sources whose actions hold exact paths; every other source is a robot."""
 MAP = "map"
-MIN_STEP_M, LEAST_TURN_RAD = 0.04, 0.15
+MIN_STEP_M, MIN_TURN_RAD = 0.04, 0.15
 """A pose closer to the previous one, and turned by less, counts as standing still."""
 
 Way = tuple[Floats, Floats, Floats]
@@ -58,7 +58,7 @@ def path_of_poses(run: Run, start_ns: int, end_ns: int) -> Way | None:
 
 def _moved(before: tuple[float, float, float, float], row: tuple[float, float, float, float]) -> bool:
     turned = abs(atan2(np.sin(row[3] - before[3]), np.cos(row[3] - before[3])))
-    return hypot(row[1] - before[1], row[2] - before[2]) >= MIN_STEP_M or turned >= LEAST_TURN_RAD
+    return hypot(row[1] - before[1], row[2] - before[2]) >= MIN_STEP_M or turned >= MIN_TURN_RAD
 
 
 def _standing_corner(

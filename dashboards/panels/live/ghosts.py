@@ -58,9 +58,9 @@ def _row(bounds: GhostBounds, colours: dict[str, Colour]) -> list[Markup]:
     colour = colours.get(bounds.strategy)
     mark = dot(colour) if colour is not None else Markup("")
     driven = Markup(" <small>(driven)</small>") if bounds.driven else Markup("")
-    named = html("{}{}{}", mark, name(bounds.strategy, most=MAX_STRATEGY_CHARS), driven)
+    named = html("{}{}{}", mark, name(bounds.strategy, max_chars=MAX_STRATEGY_CHARS), driven)
     if bounds.trouble:
-        why = html("<br><small>{}</small>", name(bounds.trouble, most=MAX_TROUBLE_CHARS))
+        why = html("<br><small>{}</small>", name(bounds.trouble, max_chars=MAX_TROUBLE_CHARS))
         return [named + why, text("-"), text("-"), text("-")]
     wide = "~" if bounds.outer else ""
     extra = "" if bounds.driven else f"{_figure(bounds.least_extra)} to {_figure(bounds.most_extra)}"

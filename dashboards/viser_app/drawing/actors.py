@@ -21,7 +21,7 @@ TRAIL_M = 0.02
 """Height of trails above the floor; the run in focus is on top."""
 TOGETHER_M = 0.5
 """A ghost this close to the run in focus has no name tag: the names would overlap."""
-GHOSTS_TOGETHER_M, MOST_TOGETHER = 1.0, 3
+GHOSTS_TOGETHER_M, MAX_TOGETHER = 1.0, 3
 """Ghosts this close to one another share one name tag, with this many names at most."""
 BESIDE_M, GHOST_BESIDE_M = 1.6, 0.8
 """A robot this close to a numbered container has no name tag either: the number matters more. Ghosts' tags are
@@ -102,7 +102,7 @@ class Actors:
                 tags.append((actor, scene.robot, [actor.name]))
             actor.label.visible = wanted and together is None
         for actor, _, names in tags:
-            words = ", ".join(names[:MOST_TOGETHER]) + (" ..." if len(names) > MOST_TOGETHER else "")
+            words = ", ".join(names[:MAX_TOGETHER]) + (" ..." if len(names) > MAX_TOGETHER else "")
             if actor.label.text != words:
                 actor.label.text = words
 

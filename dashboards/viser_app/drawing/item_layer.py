@@ -13,7 +13,7 @@ from dashboards.geometry.solids import unit_mesh
 from dashboards.model.containers.item_marks import MAX_NAMES, ItemMarks
 from dashboards.palette import GOAL, ITEM, linear_rgb
 
-LEAST_CAPACITY = 32
+MIN_CAPACITY = 32
 SPECK = 1e-4
 """The scale of instances that are not shown; viewers do not accept 0."""
 NAME_SCALE = 0.72
@@ -76,7 +76,7 @@ class ItemLayer:
         """A larger mesh in place of the last; a new number of instances would be a new mesh all the same."""
         if self._balls is not None:
             self._balls.remove()
-        self._capacity = max(LEAST_CAPACITY, 1 << (count - 1).bit_length())
+        self._capacity = max(MIN_CAPACITY, 1 << (count - 1).bit_length())
         self._balls = self._scene.add_batched_meshes_simple(
             "/items/balls",
             *unit_mesh("ball"),

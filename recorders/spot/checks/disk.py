@@ -7,7 +7,7 @@ from pathlib import Path
 
 from recorders.spot.checks.findings import Finding, fine, forbids, warning
 
-ENOUGH_MINUTES, LEAST_MINUTES = 60.0, 10.0
+ENOUGH_MINUTES, MIN_MINUTES = 60.0, 10.0
 """Minutes of recording below which the disk is worth a warning, and below which it forbids a run."""
 
 
@@ -24,6 +24,6 @@ def disk_finding(output: Path, bytes_per_s: float) -> Finding:
     free = shutil.disk_usage(folder).free
     minutes = free / max(bytes_per_s, 1.0) / 60
     text = f"{free / 1e9:.1f} GB free, about {min(minutes, 99_999):.0f} min at {bytes_per_s / 1e6:.2f} MB/s"
-    if minutes < LEAST_MINUTES:
+    if minutes < MIN_MINUTES:
         return forbids("disk", f"{text}: make room, or use fewer cameras")
     return (warning if minutes < ENOUGH_MINUTES else fine)("disk", text)

@@ -18,7 +18,7 @@ from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.errors import MapRefused, MapUploadBrokeOff
 from workbench.errors import FileMissing, MalformedFile
 
-UPLOAD_TIMEOUT_S, SLOWEST_BYTES_PER_S = 30.0, 100e3
+UPLOAD_TIMEOUT_S, MIN_BYTES_PER_S = 30.0, 100e3
 """An upload may take UPLOAD_TIMEOUT_S, and as long as its bytes take on a slow wireless network."""
 UPLOAD_ATTEMPTS, UPLOAD_PAUSE_S = 4, 3.0
 """How often a snapshot is sent before the upload fails, and the pause in seconds before each time but the first."""
@@ -90,7 +90,7 @@ def _send(connection: Connection, upload: Callable[..., object], part: Snapshot)
 
 def _time_for(part: map_pb2.Graph | map_pb2.WaypointSnapshot | map_pb2.EdgeSnapshot) -> float:
     """The time limit of an upload in seconds."""
-    return UPLOAD_TIMEOUT_S + part.ByteSize() / SLOWEST_BYTES_PER_S
+    return UPLOAD_TIMEOUT_S + part.ByteSize() / MIN_BYTES_PER_S
 
 
 def read_map_folder(

@@ -33,7 +33,7 @@ BEFORE_M, RAISED_M = 0.55, 0.12
 """The point in front of a goal: this far from the body centre, and this much higher than the goal, in metres."""
 INSET_M, ABOVE_M = 0.15, 0.12
 """Items are placed this many metres from the edge, and released this high above the surface."""
-HIGHEST_M, FLOOR_M = 1.1, 0.15
+MAX_HEIGHT_M, FLOOR_M = 1.1, 0.15
 """Limits in metres of the placing height above the floor (closed furniture is higher than its shelf)."""
 GRASP_TOLERANCE_RAD = 0.35
 """Tolerance of a prescribed direction of a grasp."""
@@ -110,7 +110,7 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
     x, y = c * mx + s * my, -s * mx + c * my
     away = hypot(x, y) or TINY
     far = max(AHEAD_M, min(REACH_M, away))
-    top = min(container.base_m + tall, HIGHEST_M)
+    top = min(container.base_m + tall, MAX_HEIGHT_M)
     return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)
 
 

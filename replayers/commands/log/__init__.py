@@ -1,1 +1,1 @@
-"""Parts of the `lios log` commands: their shared options, `cat` and `note`."""
+"""The `lios log` commands, named as in the mcap CLI."""

@@ -24,12 +24,12 @@ class Bounds(BoundFigures):
     """Figures with what they were found by.
 
     Attributes:
-        stretches: how many stretches of the loop it took.
+        segments: how many segments of the loop it took.
         cheapest, dearest: ends that cost least_found and largest_found: worlds that one can look at.
         groups: what is known of the cost in each group of worlds, all together; empty when there are too many.
     """
 
-    stretches: int
+    segments: int
     cheapest: Leaf | None = None
     dearest: Leaf | None = None
     groups: tuple[WorldGroup, ...] = ()
@@ -82,14 +82,14 @@ class Budget:
     """How much work may be spent on one strategy over one log.
 
     Attributes:
-        stretches: segments of the closed loop, each about one decision.
+        segments: segments of the closed loop, each about one decision.
         finish: where fewer than this were needed, every world is followed to its end even though the bounds are
             settled: comparisons world by world need all ends.
         draws: segments for the estimate; when they are spent, fewer worlds are drawn.
         climb: segments for each climb towards the cheapest and the dearest run, where no upper bound is known.
     """
 
-    stretches: int = 400
+    segments: int = 400
     finish: int = 150
     draws: int = 100
     climb: int = 60

@@ -6,7 +6,7 @@ goes where the interval of the whole can still shrink: down the branch that coul
 that could be dearest. When the budget is spent, the intervals that are left are bounds all the same, and the result
 says which side is exact.
 
-Where beliefs follow all that is seen (unfolding.Unfolding.certain), a run that goes by them is not followed beyond
+Where beliefs follow all that is seen (run_tree.RunTree.certain), a run that goes by them is not followed beyond
 its first open container: what else lay there would have moved them, and nobody can list that. Its interval from
 outside holds whatever is believed. Where the log rounded beliefs, the same holds from the start on.
 """
@@ -69,13 +69,13 @@ class BoundSearch:
     def bounds(self) -> Bounds:
         root = self._tree.root
         self._expand(root)
-        began = self._tree.stretches
+        began = self._tree.segments
         while not self._intervals[root].spent:
-            spent = self._tree.stretches - began
+            spent = self._tree.segments - began
             side = self._unsettled_side()
-            if spent >= self._budget.stretches or (side is None and spent >= self._budget.finish):
+            if spent >= self._budget.segments or (side is None and spent >= self._budget.finish):
                 break
-            if side == "high" and self._open_maxima() > self._budget.stretches - spent:
+            if side == "high" and self._open_maxima() > self._budget.segments - spent:
                 break  # the maximum is certain only when each of these was followed: not worth trying
             self._descend(side)
         return self._result()
@@ -87,7 +87,7 @@ class BoundSearch:
         above = whole.upper(0, self._failure) - whole.largest_found(0, self._failure)
         if max(below, above) <= NEAR_COST:
             return None
-        if below > NEAR_COST and (self._tree.stretches % 2 or above <= NEAR_COST):
+        if below > NEAR_COST and (self._tree.segments % 2 or above <= NEAR_COST):
             return "low"
         return "high" if above > NEAR_COST else "low"
 
@@ -102,11 +102,11 @@ class BoundSearch:
         node, cost, way = self._tree.root, 0.0, list[Node]()
         while node in self._followed:
             way.append(node)
-            stretch = self._tree.advance(node)
-            if stretch.question is None or not self._may_expand(node):
+            segment = self._tree.advance(node)
+            if segment.question is None or not self._may_expand(node):
                 break
-            cost += stretch.cost
-            node = self._tree.child(node, self._choice(node, stretch.question, side, cost))
+            cost += segment.cost
+            node = self._tree.child(node, self._choice(node, segment.question, side, cost))
         self._expand(node)
         for passed in reversed(way):
             self._update_from_children(passed)
@@ -134,10 +134,10 @@ class BoundSearch:
                 before = self._intervals[node] = self._outside.interval(node.knowledge)
             before.spent = True
             return
-        stretch = self._tree.advance(node)
-        question = stretch.question
+        segment = self._tree.advance(node)
+        question = segment.question
         if question is None:
-            self._intervals[node] = Interval.at_end(stretch.cost, done=stretch.done)
+            self._intervals[node] = Interval.at_end(segment.cost, done=segment.done)
         else:
             self._is_straight = self._is_straight and not self._most.nothing_missing(question.knowledge)
             for answer in question.options:
@@ -157,11 +157,11 @@ class BoundSearch:
 
     def _update_from_children(self, node: Node) -> None:
         """A node's interval from those of its children."""
-        stretch = self._tree.advance(node)
-        question = stretch.question
+        segment = self._tree.advance(node)
+        question = segment.question
         if question is None or not self._may_expand(node):
             return
-        cost = stretch.cost
+        cost = segment.cost
         below = [self._intervals[node.children[a]] for a in question.options]
         below += [self._others[node]] if question.others else []
         self._intervals[node] = Interval.over(below, cost)
@@ -217,7 +217,7 @@ class BoundSearch:
 
     @property
     def _straight(self) -> bool:
-        picks = self._tree.largest_picks <= self._most.most_picks
+        picks = self._tree.max_picks <= self._most.max_picks
         return self._most.fits_straight and picks and self._is_straight
 
     def _result(self) -> Bounds:
@@ -238,7 +238,7 @@ class BoundSearch:
             least_found=least,
             largest_found=largest,
             complete=whole.whole,
-            stretches=self._tree.stretches,
+            segments=self._tree.segments,
             can_fail=whole.fails,
             cheapest=self._attaining_leaf("low"),
             dearest=self._attaining_leaf("high"),

@@ -19,34 +19,34 @@ from workbench.worlds.house import ContainerId, ItemType
 Answers = Mapping[ContainerId, Answer]
 
 
-def climbed_ends(tree: RunTree, known: Bounds, *, most_stretches: int) -> tuple[Leaf, Leaf]:
+def climbed_ends(tree: RunTree, known: Bounds, *, max_segments: int) -> tuple[Leaf, Leaf]:
     """The ends of a climb downwards and of one upwards.
 
     Args:
         known: the bounds so far; their cheapest and dearest ends are where the climbs start, or, if it is cheaper,
             the run in the world whose first open container holds all that matters.
-        most_stretches: of each climb.
+        max_segments: of each climb.
     """
     lucky = all_in_first(tree)
     low = min((known.cheapest or lucky, lucky), key=lambda leaf: leaf.cost)
-    cheapest = climb(tree, low, up=False, most_stretches=most_stretches)
-    return cheapest, climb(tree, known.dearest or lucky, up=True, most_stretches=most_stretches)
+    cheapest = climb(tree, low, up=False, max_segments=max_segments)
+    return cheapest, climb(tree, known.dearest or lucky, up=True, max_segments=max_segments)
 
 
-def climb(tree: RunTree, start: Leaf, *, up: bool, most_stretches: int) -> Leaf:
+def climb(tree: RunTree, start: Leaf, *, up: bool, max_segments: int) -> Leaf:
     """The cheapest, or the dearest, end on a first-improvement climb from the end of a run.
 
     Args:
         up: towards dearer ends.
-        most_stretches: new stretches of the loop after which no further world is tried.
+        max_segments: new segments of the loop after which no further world is tried.
     """
-    spent = tree.stretches + most_stretches
+    spent = tree.segments + max_segments
     best = start
     improved = True
     while improved:
         improved = False
         for answers in _neighbours(tree, best):
-            if tree.stretches >= spent:
+            if tree.segments >= spent:
                 return best
             end = tree.follow(_chooser(answers))
             if (end.cost - best.cost if up else best.cost - end.cost) > NEAR_COST:

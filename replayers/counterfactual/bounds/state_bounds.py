@@ -57,7 +57,7 @@ class StateBounds:
         low = self.least.remaining_cost(knowledge)
         if not self.most.fits_straight:
             return low, inf, False
-        return low, self.most.going_straight(knowledge), self.least.certainly_possible(knowledge)
+        return low, self.most.direct_route_bound(knowledge), self.least.certainly_possible(knowledge)
 
     def _key(self, knowledge: Knowledge) -> Hashable:
         """Everything in a state that the two bounds depend on."""

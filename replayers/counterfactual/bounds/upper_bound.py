@@ -58,13 +58,13 @@ class UpperBound:
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: Cache[tuple[tuple[int, ...], tuple[int, ...]], float] = Cache(MAX_CACHED_LEGS)
         self.fits_straight = _is_plain_delivery(self._goal) and not evidence.left
-        self.most_picks = max_instances(self._goal)
+        self.max_picks = max_instances(self._goal)
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
         """Whether a distinct reachable instance is known for every part that is left: no look is needed."""
         return self._all_known(self._unmet_parts(knowledge), knowledge)
 
-    def going_straight(self, knowledge: Knowledge) -> float:
+    def direct_route_bound(self, knowledge: Knowledge) -> float:
         """For strategies that go straight, from a state on: every look that is left, and every fetch.
 
         Such a run is a chain of legs: into a container to look, to an item to pick it, to a place to bring it. A leg
@@ -85,7 +85,7 @@ class UpperBound:
         if not starts:
             return 0.0
         among = self._metres[starts]
-        fetches = min(self.most_picks, len(parts))
+        fetches = min(self.max_picks, len(parts))
         stood = sorted({at for places in stand for at in places}.difference(looks))
         if stood and not self._empty_handed:
             among = np.vstack([among, *[self._metres[stood].max(axis=0)] * fetches])

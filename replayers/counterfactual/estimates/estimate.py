@@ -24,18 +24,18 @@ MASS = 0.9
 """The nominal share of sampled worlds in the predictive interval."""
 
 
-def costs_in(worlds: SampledWorlds, tree: RunTree, *, most_stretches: int | None = None) -> tuple[Floats, Bools]:
+def costs_in(worlds: SampledWorlds, tree: RunTree, *, max_segments: int | None = None) -> tuple[Floats, Bools]:
     """A strategy's cost in each world, shape (worlds,), and whether it did the task there, bool, shape (worlds,).
 
     Args:
-        most_stretches: after so many new segments of the loop the remaining worlds are left out, but never below
+        max_segments: after so many new segments of the loop the remaining worlds are left out, but never below
             MIN_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
     """
     costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
-    began = tree.stretches
+    began = tree.segments
     for world in range(len(worlds)):
-        spent = tree.stretches - began
-        if most_stretches is not None and world >= MIN_WORLDS and spent >= most_stretches:
+        spent = tree.segments - began
+        if max_segments is not None and world >= MIN_WORLDS and spent >= max_segments:
             return costs[:world], done[:world]
 
         leaf = tree.follow(worlds.chooser(world))

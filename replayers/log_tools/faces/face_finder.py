@@ -17,7 +17,7 @@ FRONTAL = ("haarcascade_frontalface_default.xml", "haarcascade_frontalface_alt2.
 PROFILE = "haarcascade_profileface.xml"
 SEARCHED_PX = 640
 """Longest side of the picture that is searched; larger ones are made smaller."""
-LEAST_PX, STEP, NEIGHBOURS = 24, 1.15, 3
+MIN_FACE_PX, STEP, NEIGHBOURS = 24, 1.15, 3
 """Least size of a face in it, and how thoroughly and how leniently it is searched."""
 BEYOND = 0.25
 """How far beyond the found box pixels are blurred, in its size on each side: hair, chin and ears."""
@@ -92,7 +92,7 @@ class FaceFinder:
         return found + [(width - x - w, y, w, h) for x, y, w, h in self._by(self._profile, mirrored)]
 
     def _by(self, cascade: Any, grey: Uints8) -> list[Box]:
-        found = cascade.detectMultiScale(grey, STEP, NEIGHBOURS, minSize=(LEAST_PX, LEAST_PX))
+        found = cascade.detectMultiScale(grey, STEP, NEIGHBOURS, minSize=(MIN_FACE_PX, MIN_FACE_PX))
         return [(int(x), int(y), int(w), int(h)) for x, y, w, h in found]
 
 

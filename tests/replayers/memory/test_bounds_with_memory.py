@@ -28,17 +28,17 @@ def test_the_truth_is_inside_the_bounds_of_runs_that_remember(number: int, tmp_p
     for day in range(3):
         sought = types[(3 * day + number) % len(types)]
         record(earlier / f"{day}.mcap", house=house, find=sought, estimator="counts", day=day)
-    settings = ReplaySettings(worlds=20, with_truth=True, budget=Budget(stretches=120))
+    settings = ReplaySettings(worlds=20, with_truth=True, budget=Budget(segments=120))
     cases = list(product(("counts", "best", "people", "mixed"), (0.25, 1.0), ("opt-greedy", "conditioned-lios")))
     for seed, (believer, moved, driver) in enumerate(cases):
         log = tmp_path / f"{seed}.mcap"
         sought = types[(seed + 5) % len(types)]
         asked = {"find": sought, "strategy": driver, "estimator": believer, "seed": seed}
         record(log, house=house, memory=[earlier], moved=moved, **asked)  # type: ignore[arg-type]
-        ground = prepare_log(read(log, with_truth=True), settings)
-        assert ground.reproduction.same
+        prepared = prepare_log(read(log, with_truth=True), settings)
+        assert prepared.reproduction.same
         for name in STRATEGIES:
-            made = replay_on(ground, name)
+            made = replay_on(prepared, name)
             assert made.bounds is not None
             assert made.true_cost is not None
             low, high = made.bounds.lower - NEAR_COST, made.bounds.upper + NEAR_COST

@@ -72,10 +72,10 @@ def test_a_memory_is_in_the_log_whole_and_replays_without_the_folder(folder: Pat
     assert memory_from_settings(memory_to_settings(memory)) == memory
     assert len(run.actions) < len(read(folder / "apple.mcap").actions), "it went straight to the apple"
     assert verify(run).same
-    ground = prepare_log(run, ReplaySettings(worlds=0))
-    assert ground.reproduction.same
-    assert ground.estimator.name == run.info.estimator
-    made = replay_on(ground, "conditioned-lios")
+    prepared = prepare_log(run, ReplaySettings(worlds=0))
+    assert prepared.reproduction.same
+    assert prepared.estimator.name == run.info.estimator
+    made = replay_on(prepared, "conditioned-lios")
     assert made.exact
     assert run.outcome is not None
     assert made.cost == pytest.approx(run.outcome.cost)
@@ -88,8 +88,8 @@ def test_a_log_without_memory_is_replayed_with_one_on_request(folder: Path, tmp_
     assert "memory" not in run.settings
     history = read_history([folder])
     plain = replay_on(prepare_log(run, ReplaySettings(worlds=0)), "conditioned-lios")
-    ground = prepare_log(run, ReplaySettings(worlds=0, history=history))
-    remembered = replay_on(ground, "conditioned-lios")
+    prepared = prepare_log(run, ReplaySettings(worlds=0, history=history))
+    remembered = replay_on(prepared, "conditioned-lios")
     assert plain.cost is not None
     assert remembered.cost is not None
     assert remembered.cost < plain.cost
@@ -102,9 +102,9 @@ def test_a_log_without_memory_is_replayed_with_one_on_request(folder: Path, tmp_
 def test_the_truth_is_inside_the_bounds_of_every_strategy(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     record(path, find="apple", strategy="opt-greedy", estimator="counts", memory=[folder], moved=0.5, seed=1)
-    ground = prepare_log(read(path, with_truth=True), ReplaySettings(worlds=5, with_truth=True))
+    prepared = prepare_log(read(path, with_truth=True), ReplaySettings(worlds=5, with_truth=True))
     for name in ("opt-greedy", "model-lios", "conditioned-lios"):
-        made = replay_on(ground, name)
+        made = replay_on(prepared, name)
         assert made.bounds is not None
         assert made.true_cost is not None
         assert made.bounds.lower - 1e-6 <= made.true_cost <= made.bounds.upper + 1e-6

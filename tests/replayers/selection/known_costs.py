@@ -13,7 +13,7 @@ NAMES = ("a", "b", "c")
 
 def trial(
     lower: list[float], upper: list[float], *, driven: str | None = "a", estimate: list[float] | None = None,
-    most_apart: Floats | None = None, limit: float = 100.0,
+    max_difference: Floats | None = None, limit: float = 100.0,
 ) -> TrialCosts:  # fmt: skip
     """A trial of a, b and c; the greatest differences follow from the bounds unless given."""
     low, high = np.array(lower, dtype=float), np.array(upper, dtype=float)
@@ -26,7 +26,7 @@ def trial(
         lower=low,
         upper=high,
         estimate=np.full(len(lower), np.nan) if estimate is None else np.array(estimate, dtype=float),
-        most_apart=apart if most_apart is None else most_apart,
+        max_difference=apart if max_difference is None else max_difference,
         limit=limit,
     )
 

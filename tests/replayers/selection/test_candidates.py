@@ -11,7 +11,7 @@ from chat_server import chat_server, write_prompt
 import recorders
 from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.selection.campaign_logs import GroupBy, trial_groups
-from replayers.selection.candidates import believers_of, estimators_named, replay_candidates
+from replayers.selection.candidates import estimators_named, named_estimators, replay_candidates
 from workbench import cli
 from workbench.errors import BadValue
 from workbench.plugins import NameOrigin
@@ -69,7 +69,7 @@ def test_estimators_are_called_by_the_least_that_tells_them_apart(tmp_path: Path
     same = write_prompt(tmp_path / "other" / "a.b.prompt", "http://127.0.0.1:1/v1").rename(
         tmp_path / "other/c.prompt"
     )
-    alone, pair = believers_of(["counts", str(one)]), believers_of([str(one), str(two), str(same)])
+    alone, pair = named_estimators(["counts", str(one)]), named_estimators([str(one), str(two), str(same)])
     assert [b.label for b in alone] == ["counts", "chat-a"]
     assert [b.label for b in pair] == [pair[0].name, pair[1].name, "chat-c"]
 

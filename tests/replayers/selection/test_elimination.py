@@ -8,8 +8,8 @@ from known_costs import drawn_trial, trial
 from replayers.selection.elimination import (
     eliminated_by_proof,
     eliminated_by_sequence,
-    least_difference,
-    least_mean_difference,
+    min_difference,
+    min_mean_difference,
 )
 
 
@@ -24,7 +24,7 @@ def test_proof_needs_the_sums_apart_in_every_world() -> None:
 
 def test_differences_world_by_world_prove_more_than_sums() -> None:
     apart = np.array([[0.0, -2.0], [6.0, 0.0]])  # a costs 2 to 6 less in every world, though the bounds overlap
-    both = trial([10, 12], [30, 34], most_apart=apart)
+    both = trial([10, 12], [30, 34], max_difference=apart)
     assert [(e.strategy, e.by, e.margin) for e in eliminated_by_proof([both])] == [("b", "a", 2.0)]
 
 
@@ -50,10 +50,10 @@ def test_sequences_need_many_trials_and_find_a_clear_difference() -> None:
 def test_what_nobody_saw_is_no_evidence() -> None:
     unseen = trial([0, 0, 0], [float("inf")] * 3)
     assert eliminated_by_sequence([unseen] * 200) == ()
-    assert (least_mean_difference([unseen] * 200) <= 0).all()
+    assert (min_mean_difference([unseen] * 200) <= 0).all()
 
 
 def test_costs_above_the_failure_cost_count_as_it() -> None:
     dear = trial([10, 500, 0], [10, 700, 0], limit=100.0)
-    assert least_difference(dear, 1, 0) == 90
-    assert least_difference(dear, 0, 1) == -90
+    assert min_difference(dear, 1, 0) == 90
+    assert min_difference(dear, 0, 1) == -90

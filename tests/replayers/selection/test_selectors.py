@@ -21,7 +21,7 @@ def test_intervals_take_the_least_expected_cost() -> None:
 
 def test_intervals_never_drive_what_is_out_by_proof() -> None:
     apart = np.array([[0.0, -1.0, 5.0], [9.0, 0.0, 9.0], [9.0, 9.0, 0.0]])
-    trials = [trial([30, 20, 50], [60, 60, 60], estimate=[40, 25, 55], most_apart=apart)]
+    trials = [trial([30, 20, 50], [60, 60, 60], estimate=[40, 25, 55], max_difference=apart)]
     assert chosen("intervals", trials) == "a"  # b is expected to be cheaper, and costs more than a in every world
 
 

@@ -24,8 +24,8 @@ def test_replays_of_one_log_become_bounds_and_differences() -> None:
     assert told.exact[0]
     assert told.lower[0] == pytest.approx(records[0].recorded_cost)
     assert (told.lower[2], told.upper[2], told.expected[2]) == (0.0, inf, 400.0)
-    assert np.isinf(told.most_apart[2, :2]).all()
-    assert told.most_apart[0, 1] + told.most_apart[1, 0] >= -1e-9
+    assert np.isinf(told.max_difference[2, :2]).all()
+    assert told.max_difference[0, 1] + told.max_difference[1, 0] >= -1e-9
     assert told.drawn is None
 
 

@@ -120,19 +120,19 @@ def _checked(path: Path, given: Mapping[str, str], body: str) -> tuple[Prompt, E
         model=given["model"],
         text=body,
         temperature=_number(path, given, "temperature", 0.0),
-        max_tokens=int(_number(path, given, "max_tokens", 1000, least=1)),
+        max_tokens=int(_number(path, given, "max_tokens", 1000, minimum=1)),
     )
     key_env = given.get("key_env", "OPENAI_API_KEY" if url.startswith("https://") else "")
-    timeout_s = _number(path, given, "timeout_s", 60.0, least=0.1)
+    timeout_s = _number(path, given, "timeout_s", 60.0, minimum=0.1)
     return prompt, Endpoint(url=url, key_env=key_env, timeout_s=timeout_s, file=path.name)
 
 
-def _number(path: Path, given: Mapping[str, str], key: str, default: float, *, least: float = 0.0) -> float:
+def _number(path: Path, given: Mapping[str, str], key: str, default: float, *, minimum: float = 0.0) -> float:
     text = given.get(key, "")
     try:
         value = float(text) if text else default
     except ValueError:
         value = float("nan")
-    if not isfinite(value) or not least <= value <= 1e6:
-        raise MalformedFile(path, f"its {key} is {text[:40]!r}", f"Give a number of at least {least:g}")
+    if not isfinite(value) or not minimum <= value <= 1e6:
+        raise MalformedFile(path, f"its {key} is {text[:40]!r}", f"Give a number of at least {minimum:g}")
     return value

@@ -66,7 +66,7 @@ TrainingResult = tuple[dict[str, Any], dict[str, AnyArray]]
 Trainer = Callable[[TrainingSet, Watch | None], TrainingResult]
 
 
-def train(name: str, lesson: TrainingSet, path: Path, *, watch: Watch | None = None) -> Weights:
+def train(name: str, training_set: TrainingSet, path: Path, *, watch: Watch | None = None) -> Weights:
     """Train an estimator and write its weights.
 
     Raises:
@@ -83,14 +83,14 @@ def train(name: str, lesson: TrainingSet, path: Path, *, watch: Watch | None = N
         if watch:
             watch(what, number, loss)
 
-    settings, tensors = TRAINERS[name](lesson, report)
+    settings, tensors = TRAINERS[name](training_set, report)
     header = Header(
         estimator=name,
         version=VERSION,
-        encoder="" if name == "counts" else lesson.encoder.name,
-        houses_sha256=houses_sha256(lesson.houses),
-        houses=len(lesson.houses),
-        seed=lesson.seed,
+        encoder="" if name == "counts" else training_set.encoder.name,
+        houses_sha256=houses_sha256(training_set.houses),
+        houses=len(training_set.houses),
+        seed=training_set.seed,
         metrics={f"held-out loss of {what}": round(loss, 6) for what, loss in sorted(losses.items())},
         settings=settings,
     )
@@ -120,36 +120,36 @@ def hold_out(houses: Sequence[House], *, share: float, rng: np.random.Generator)
     return [h for k, h in enumerate(houses) if k not in out], [h for k, h in enumerate(houses) if k in out]
 
 
-def _train_counts(lesson: TrainingSet, watch: Watch | None) -> TrainingResult:
+def _train_counts(training_set: TrainingSet, watch: Watch | None) -> TrainingResult:
     del watch
-    examples = collect(lesson.houses, weights=lesson.weights(lesson.houses))
+    examples = collect(training_set.houses, weights=training_set.weights(training_set.houses))
     return counts_settings(examples), counts_tensors(examples)
 
 
-def _train_fcnn(lesson: TrainingSet, watch: Watch | None) -> TrainingResult:
+def _train_fcnn(training_set: TrainingSet, watch: Watch | None) -> TrainingResult:
     _require_torch()
     from workbench.beliefs.training.fcnn import train_fcnn
 
-    examples = collect(lesson.houses, weights=lesson.weights(lesson.houses))
-    held_out = collect(lesson.held_out, weights=lesson.weights(lesson.held_out))
+    examples = collect(training_set.houses, weights=training_set.weights(training_set.houses))
+    held_out = collect(training_set.held_out, weights=training_set.weights(training_set.held_out))
 
     def report(epoch: int, loss: float) -> None:
         if watch:
             watch("network", epoch, loss)
 
-    tensors = train_fcnn(examples, held_out, lesson.encoder, seed=lesson.seed, watch=report)
+    tensors = train_fcnn(examples, held_out, training_set.encoder, seed=training_set.seed, watch=report)
     return {"names": len(examples.items)}, tensors
 
 
-def _train_best(lesson: TrainingSet, watch: Watch | None) -> TrainingResult:
+def _train_best(training_set: TrainingSet, watch: Watch | None) -> TrainingResult:
     from workbench.beliefs.training.best import train_best
 
     placements, tensors = train_best(
-        lesson.houses,
-        lesson.held_out,
-        lesson.encoder,
-        seed=lesson.seed,
-        usual_sizes=lesson.usual_sizes,
+        training_set.houses,
+        training_set.held_out,
+        training_set.encoder,
+        seed=training_set.seed,
+        usual_sizes=training_set.usual_sizes,
         watch=watch,
     )
     return {**placements_settings(placements)}, tensors

@@ -5,20 +5,20 @@ from __future__ import annotations
 from workbench.beliefs.estimators import estimator
 from workbench.beliefs.training.train import TRAINERS
 from workbench.errors import BadValue
-from workbench.evaluation.beliefs.fold_training import Watched, trained_per_fold, unwatched
+from workbench.evaluation.beliefs.fold_training import Progress, no_progress, trained_per_fold
 from workbench.evaluation.beliefs.fold_weights import Folds, make_folds, require_trainable
 from workbench.evaluation.beliefs.metrics import QueryResult, evaluate_estimator
 from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest, belief_seconds, report_of
 from workbench.plugins import NameOrigin
 
 
-def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = unwatched) -> BeliefReport:
+def cross_validate(request: BeliefRequest, folds: Folds, *, progress: Progress = no_progress) -> BeliefReport:
     """Train every estimator once per fold and evaluate it on the houses of that fold.
 
     Args:
         request: `part` is ignored: the training houses of a shared file are split into folds, and its
             validation houses decide when training stops.
-        watched: wraps the trainings, for a progress bar.
+        progress: wraps the trainings, for a progress bar.
 
     Raises:
         InputError: a file cannot be read, there are fewer houses than folds, or an estimator has no trainer.
@@ -33,7 +33,7 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = u
     dealt = make_folds(file, folds, assets=request.assets, seed=request.seed)
     judged: dict[str, list[QueryResult]] = {name: [] for name in names}
     seconds: dict[str, float] = {}
-    with trained_per_fold(names, dealt, None, watched=watched) as believers:
+    with trained_per_fold(names, dealt, None, progress=progress) as believers:
         for name in names:
             for fold, weights in enumerate(believers.weights[name]):
                 chosen, tested = estimator(weights, origin=NameOrigin.USER), dealt.fold(fold)

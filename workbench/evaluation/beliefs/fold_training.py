@@ -20,7 +20,7 @@ from workbench.evaluation.beliefs.fold_weights import Believers, FoldSource, Fol
 from workbench.evaluation.cluster import Workforce, run_in_order
 from workbench.files import atomic
 
-Watched = Callable[[Iterable[Path], int], Iterable[Path]]
+Progress = Callable[[Iterable[Path], int], Iterable[Path]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +33,7 @@ class FoldTraining:
     path: Path
 
 
-def unwatched(trained: Iterable[Path], count: int) -> Iterable[Path]:
+def no_progress(trained: Iterable[Path], count: int) -> Iterable[Path]:
     del count
     return trained
 
@@ -44,14 +44,14 @@ def trained_per_fold(
     dealt: FoldSplit | None,
     output: Path | None,
     *,
-    watched: Watched = unwatched,
+    progress: Progress = no_progress,
     on: Workforce = Workforce(),
 ) -> Generator[Believers]:
     """A context with estimators retrained for each fold; without folds, with the estimators as they are.
 
     Args:
         output: keeps the weights in OUTPUT/weights for reuse; None discards them.
-        watched: wraps the trainings and their number, for a progress bar.
+        progress: wraps the trainings and their number, for a progress bar.
 
     Raises:
         UnknownName: an estimator cannot be trained. And what run_in_order raises.
@@ -59,11 +59,11 @@ def trained_per_fold(
     if dealt is None:
         yield Believers()
     elif output is not None:
-        yield train_folds(names, dealt, output / "weights", watched=watched, on=on)
+        yield train_folds(names, dealt, output / "weights", progress=progress, on=on)
     else:
         # Workers of a cluster see the working folder, and not the folder of temporary files here.
         with TemporaryDirectory(dir=Path.cwd() if on.scheduler else None, prefix=".lios-folds-") as temporary:
-            yield train_folds(names, dealt, Path(temporary), watched=watched, on=on)
+            yield train_folds(names, dealt, Path(temporary), progress=progress, on=on)
 
 
 def train_folds(
@@ -71,7 +71,7 @@ def train_folds(
     dealt: FoldSplit,
     folder: Path,
     *,
-    watched: Watched = unwatched,
+    progress: Progress = no_progress,
     on: Workforce = Workforce(),
     anew: bool = False,
 ) -> Believers:
@@ -94,7 +94,7 @@ def train_folds(
         for fold in range(dealt.count)
     ]
     left = [one for one in every if anew or not _is_made(one, dealt)]
-    for _ in watched(run_in_order(train_fold, left, workers=on.workers, scheduler=on.scheduler), len(left)):
+    for _ in progress(run_in_order(train_fold, left, workers=on.workers, scheduler=on.scheduler), len(left)):
         pass
     weights = {name: tuple(str(one.path) for one in every if one.estimator == name) for name in chosen}
     return Believers(weights=weights, fold_of=dealt.fold_of())
@@ -109,9 +109,9 @@ def train_fold(one: FoldTraining) -> Path:
     """Trains an estimator without the houses of a fold; executed by workers."""
     source = one.source
     files = (source.path, *source.folds.also, *([source.assets] if source.assets else []))
-    lesson = _split(source, tuple(_stamp(file) for file in files)).training_set(one.fold)
+    training_set = _split(source, tuple(_stamp(file) for file in files)).training_set(one.fold)
     with atomic(one.path) as draft:
-        train(one.estimator, lesson, draft)
+        train(one.estimator, training_set, draft)
     return one.path
 
 
@@ -135,5 +135,5 @@ def _is_made(one: FoldTraining, dealt: FoldSplit) -> bool:
         header = read_weights(one.path, estimator=one.estimator).header
     except InputError:
         return False
-    lesson = dealt.training_set(one.fold)
-    return header.seed == lesson.seed and header.houses_sha256 == houses_sha256(lesson.houses)
+    training_set = dealt.training_set(one.fold)
+    return header.seed == training_set.seed and header.houses_sha256 == houses_sha256(training_set.houses)

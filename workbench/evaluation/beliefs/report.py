@@ -104,10 +104,10 @@ class BeliefReport:
     answer: dict[str, Any]
 
 
-Watched = Callable[[Iterable[str]], Iterable[str]]
+Progress = Callable[[Iterable[str]], Iterable[str]]
 
 
-def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
+def measure(request: BeliefRequest, *, progress: Progress = iter) -> BeliefReport:
     """Evaluate every estimator on every house.
 
     Raises:
@@ -117,7 +117,7 @@ def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
     estimators = request.chosen_estimators()
     judged: dict[str, list[QueryResult]] = {}
     seconds: dict[str, float] = {}
-    for name in watched(list(estimators)):
+    for name in progress(list(estimators)):
         judged[name] = evaluate_estimator(estimators[name], houses, seen_share=request.seen_share, seed=request.seed)
         seconds[name] = belief_seconds(estimators[name], houses)
     identities = {name: chosen.name for name, chosen in estimators.items()}

@@ -69,12 +69,12 @@ def belief(
         seed=seed,
     )
     if dealt is None:
-        report = measure(request, watched=lambda names: progress(list(names), title="Believing"))
+        report = measure(request, progress=lambda names: progress(list(names), title="Believing"))
     else:
         from workbench.evaluation.beliefs.cross_validation import cross_validate
 
         report = cross_validate(
-            request, dealt, watched=lambda them, total: progress(them, title="Training", total=total)
+            request, dealt, progress=lambda them, total: progress(them, title="Training", total=total)
         )
     if figures is not None:
         report.answer["figures"] = _draw(request, report, figures, items)
@@ -94,7 +94,7 @@ def _draw(request: BeliefRequest, report: BeliefReport, folder: Path, items: str
         report,
         folder,
         items=wanted,
-        watched=lambda trainings: progress(list(trainings), title="Learning curve"),
+        progress=lambda trainings: progress(list(trainings), title="Learning curve"),
     )
     return [str(path) for path in written]
 

@@ -107,7 +107,7 @@ def stats(
     count: Annotated[int, Option("--generated", "-n", help="Also generate this many houses.")] = 0,
     seed: Annotated[int, Option("--seed", help="Seed of the generated houses.")] = 0,
     rooms: Annotated[str, Option("--rooms", help="Rooms of the generated houses: 5, or from-to.")] = "2-10",
-    least: Annotated[int, Option("--at-least", help="Leave out houses of fewer rooms.")] = 1,
+    min_rooms: Annotated[int, Option("--at-least", help="Leave out houses of fewer rooms.")] = 1,
     assets: Assets = None,
     measure: Annotated[
         Path | None, Option("--measure", help="Write the generator's statistics, measured on these houses.")
@@ -137,10 +137,10 @@ def stats(
         return
     if count:
         columns[f"generated ({count}, seed {seed})"] = _generated(count, seed, rooms)
-    kept = {t: [h for h in hs if len(h.plan.rooms) >= least] for t, hs in columns.items()}
+    kept = {t: [h for h in hs if len(h.plan.rooms) >= min_rooms] for t, hs in columns.items()}
     if not any(kept.values()):
         most = max((len(h.plan.rooms) for hs in columns.values() for h in hs), default=0)
-        raise BadValue("--at-least", least, f"at most {most}, the rooms of the largest of these houses")
+        raise BadValue("--at-least", min_rooms, f"at most {most}, the rooms of the largest of these houses")
     answer = _compared(kept)
     if json:
         emit_json(answer)

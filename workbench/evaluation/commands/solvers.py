@@ -64,7 +64,7 @@ def solvers(
         if not problems[scenario]:
             raise BadValue("--scenarios", scenario, "a scenario that these houses support, other than a single find")
     rows = list(
-        compare_solvers(problems, chosen, budget_s=budget, watched=lambda pairs: progress(pairs, title="Planning"))
+        compare_solvers(problems, chosen, budget_s=budget, progress=lambda pairs: progress(pairs, title="Planning"))
     )
     if json:
         emit_json({"rows": [asdict(row) for row in rows], "versions": versions()})

@@ -116,10 +116,10 @@ def train(
         _encode(houses, encoder, target, as_json=json)
         return
     chosen = randbelow(1_000_000) if seed is None else seed
-    lesson = training_set_of(houses, assets=assets, encoder=encoder, seed=chosen, share=hold_out)
-    say(f"{len(lesson.houses)} houses to learn from, {len(lesson.held_out)} held out, seed {chosen}")
+    training_set = training_set_of(houses, assets=assets, encoder=encoder, seed=chosen, share=hold_out)
+    say(f"{len(training_set.houses)} houses to learn from, {len(training_set.held_out)} held out, seed {chosen}")
     begin = perf_counter()
-    weights = _watched(run, estimator, lesson, target)
+    weights = _watched(run, estimator, training_set, target)
     _answer(weights, perf_counter() - begin, as_json=json)
 
 
@@ -154,7 +154,7 @@ def _train_folds(
         [estimator],
         dealt,
         folder,
-        watched=lambda trained, total: progress(trained, title="Training", total=total),
+        progress=lambda trained, total: progress(trained, title="Training", total=total),
         on=on,
         anew=force,
     )
@@ -196,7 +196,7 @@ def _encode(houses: list[Path], encoder: str, target: Path, *, as_json: bool) ->
     say(f"vectors of {len(vectors.table)} names by {vectors.name} in {target} ({size / 1e6:.2f} MB)")
 
 
-def _watched(run: Any, estimator: str, lesson: TrainingSet, target: Path) -> Any:
+def _watched(run: Any, estimator: str, training_set: TrainingSet, target: Path) -> Any:
     """Train, with a progress line on a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -212,7 +212,7 @@ def _watched(run: Any, estimator: str, lesson: TrainingSet, target: Path) -> Any
             bar.update(tasks[what], completed=number, loss=f"held-out loss {loss:.4f}")
 
         watch: Watch = show
-        return run(estimator, lesson, target, watch=watch)
+        return run(estimator, training_set, target, watch=watch)
 
 
 def _answer(weights: Any, seconds: float, *, as_json: bool) -> None:

@@ -38,24 +38,24 @@ COMMON_CONTAINERS = 12
 Training = tuple[int, str]
 """A point of the learning curve: number of houses and estimator."""
 
-Watched = Callable[[Iterable[Training]], Iterable[Training]]
+Progress = Callable[[Iterable[Training]], Iterable[Training]]
 
 
 def draw_all(
-    request: BeliefRequest, report: BeliefReport, folder: Path, *, items: Sequence[str], watched: Watched = iter
+    request: BeliefRequest, report: BeliefReport, folder: Path, *, items: Sequence[str], progress: Progress = iter
 ) -> list[Path]:
     """Draw every figure of a report as PNG files into a folder, created if needed.
 
     Args:
         items: item types for heat maps.
-        watched: wraps the trainings of the learning curve, for a progress bar.
+        progress: wraps the trainings of the learning curve, for a progress bar.
     """
     folder.mkdir(parents=True, exist_ok=True)
     chosen = request.chosen_estimators()
     last = list(chosen)[-1]
     drawn = [_reliability(report, folder)]
     drawn.append(_heat_maps(chosen[last], last, request.chosen_houses(), [ItemType(t) for t in items], folder))
-    curve = _curve(request, [n for n in chosen if n in TRAINERS], folder, watched)
+    curve = _curve(request, [n for n in chosen if n in TRAINERS], folder, progress)
     return drawn if curve is None else [*drawn, curve]
 
 
@@ -98,7 +98,7 @@ def _heat_maps(
     return save(figure, folder / "heat_maps.png")
 
 
-def _curve(request: BeliefRequest, names: Sequence[str], folder: Path, watched: Watched) -> Path | None:
+def _curve(request: BeliefRequest, names: Sequence[str], folder: Path, progress: Progress) -> Path | None:
     """The learning curve, trained on 5, 10, 20, ... houses apart from the evaluated ones; None if there are too
     few."""
     pool, held_out, measured = _curve_houses(request)
@@ -108,12 +108,12 @@ def _curve(request: BeliefRequest, names: Sequence[str], folder: Path, watched: 
     order = np.random.default_rng(request.seed).permutation(len(pool))
     lines: dict[str, dict[str, list[float]]] = {what: {name: [] for name in names} for what in ("log_loss", "top1")}
     with TemporaryDirectory() as temporary:
-        for size, name in watched([(size, name) for name in names for size in sizes]):
-            lesson = TrainingSet(
+        for size, name in progress([(size, name) for name in names for size in sizes]):
+            training_set = TrainingSet(
                 houses=[pool[k] for k in order[:size]], held_out=held_out, encoder=text_encoder(), seed=request.seed
             )
             path = Path(temporary) / f"{name}-{size}.safetensors"
-            train(name, lesson, path)
+            train(name, training_set, path)
             made = metrics_of(
                 evaluate_estimator(estimator(name, weights=path), measured), rng=np.random.default_rng(0)
             )

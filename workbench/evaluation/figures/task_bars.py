@@ -61,8 +61,8 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
         for bar in bars:
             bar.set(edgecolor="white", linewidth=0.4)
     crowded = len(scenarios) > MAX_UPRIGHT_LABELS
-    most = 24 if crowded else max(90 // max(len(scenarios), 1), 16)
-    ax.set_xticks(range(len(scenarios)), [shortened(scenario_title(s), most) for s in scenarios], fontsize=8)
+    max_chars = 24 if crowded else max(90 // max(len(scenarios), 1), 16)
+    ax.set_xticks(range(len(scenarios)), [shortened(scenario_title(s), max_chars) for s in scenarios], fontsize=8)
     if crowded:
         ax.tick_params(axis="x", labelrotation=25)
         for label in ax.get_xticklabels():

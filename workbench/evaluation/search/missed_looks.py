@@ -25,7 +25,7 @@ from workbench.worlds.travel import TravelCosts
 START_OVER = "@start-over"
 """What follows the name of a policy that begins again without what it has seen, once everything is searched."""
 
-MOST_LOOKS = 10_000
+MAX_QUERY_LOOKS = 10_000
 """A search that has made so many looks is given up."""
 
 
@@ -65,7 +65,7 @@ def search_with_misses(
     looks, order, cost = Counter[ContainerId](), list[ContainerId](), 0.0
     said: list[float] = []
     found = False
-    while not found and len(order) < MOST_LOOKS:
+    while not found and len(order) < MAX_QUERY_LOOKS:
         if misses.start_over and not knowledge.unsearched:
             knowledge = knowledge_at_start(house.plan, travel, {}).moved(knowledge.robot_at)
         knowledge = knowledge.with_another_look_at(worth_another_look(knowledge, perception, task, searcher))

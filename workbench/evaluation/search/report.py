@@ -42,7 +42,7 @@ MAX_SHARED_HOUSES = 100_000
 KEPT_FILE = "houses.jsonl"
 """Results of an evaluation that is not complete, a house a line."""
 
-Watched = Callable[[Iterable[HouseResult]], Iterable[HouseResult]]
+Progress = Callable[[Iterable[HouseResult]], Iterable[HouseResult]]
 
 
 class NoTrials(Failed):
@@ -172,24 +172,28 @@ def measure(
     request: SearchRequest,
     *,
     believers: Believers | None = None,
-    watched: Watched = iter,
+    progress: Progress = iter,
     kept: KeptResults[HouseResult] | None = None,
 ) -> SearchReport:
     """Run every trial.
 
-    Args:
-        believers: weights by house, for a request with folds.
-        watched: wraps the results as they come, for a progress bar.
-        kept: results of the same evaluation, stopped before.
+        Args:
+            believers: weights by house, for a request with folds.
+    <<<<<<< HEAD
+            watched: wraps the results as they come, for a progress bar.
+            kept: results of the same evaluation, stopped before.
+    =======
+            progress: wraps the results as they come, for a progress bar.
+    >>>>>>> main
 
-    Raises:
-        NoTrials: there is no query.
-        InputError: a file, policy or estimator cannot be used.
+        Raises:
+            NoTrials: there is no query.
+            InputError: a file, policy or estimator cannot be used.
     """
     experiment = replace(request.experiment(), believers=believers or Believers())
     began = time.perf_counter()
     results = list(
-        watched(
+        progress(
             run_experiment(
                 experiment,
                 request.chosen_houses(),

@@ -20,12 +20,12 @@ def strategy_title(name: str) -> str:
     return f"{PAPER_NAMES.get(base, base)}{at}{solver}"
 
 
-def shortened(title: str, most: int) -> str:
-    """A title shortened in the middle to at most `most` characters, since names differ at their ends."""
-    if len(title) <= most:
+def shortened(title: str, max_chars: int) -> str:
+    """A title shortened in the middle to at max_chars `max_chars` characters, since names differ at their ends."""
+    if len(title) <= max_chars:
         return title
-    head = (most - 1) // 3
-    return f"{title[:head]}…{title[len(title) - (most - 1 - head) :]}"
+    head = (max_chars - 1) // 3
+    return f"{title[:head]}…{title[len(title) - (max_chars - 1 - head) :]}"
 
 
 def scenario_file_name(name: str) -> str:

@@ -32,7 +32,7 @@ from workbench.planning.builtin.search_interface import (
     SearchQuery,
 )
 from workbench.planning.builtin.search_queue import INF, compiled, grown_table, pop, push, row_of_code
-from workbench.tolerances import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import MIN_SCALE, RELATIVE
 
 
 def search(recipe: RecipeArrays, query: SearchQuery) -> tuple[int, float, float, Ints, int]:
@@ -107,7 +107,7 @@ def _code(robot, hand, done, pos, n_loc, base):
 @compiled
 def _search(
     d, fetch, least, potential, standing, end, in_hand, op_slot, op_where, op_after, link, n_ops, c,
-    robot0, hand0, g0, bound, most_nodes, first, staging, weight,
+    robot0, hand0, g0, bound, max_nodes, first, staging, weight,
 ):  # fmt: skip
     """`search` with the fields of RecipeArrays and SearchQuery one by one; the module's docstring says why."""
     n_slots = fetch.shape[0]
@@ -133,7 +133,7 @@ def _search(
         n_ops, c, work,
     )  # fmt: skip
     empty = np.zeros((0, 3), dtype=np.int64)
-    eps = RELATIVE * max(SMALLEST_SCALE, g0 + h0)
+    eps = RELATIVE * max(MIN_SCALE, g0 + h0)
     if g0 + h0 >= bound - eps:
         return NO_PLAN, INF, g0 + h0, empty, 0
     push(heap_f, heap_n, heap, g0 + h0, 0, eps)
@@ -166,7 +166,7 @@ def _search(
         if met:
             return SOLVED, g, g if weight == 1.0 else g0 + h0, _moves_to(i, parent, action), expanded
         expanded += 1
-        if count > most_nodes:
+        if count > max_nodes:
             return LIMIT, INF, f if weight == 1.0 else g0 + h0, empty, expanded
         n = moves_from(
             robot, hand, pos, done, i == 0, action[i, 0], first if i == 0 else -1, staging, d, fetch, standing, end,

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Floats, Ints
-from workbench.tolerances import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import MIN_SCALE, RELATIVE
 
 
 class FindRoutes(NamedTuple):
@@ -65,7 +65,7 @@ def _cheapest(before: Floats, after: Floats, own: int) -> int:
     best = np.inf
     for m in range(len(before)):
         best = min(best, before[m] + after[m])
-    most = best + RELATIVE * max(SMALLEST_SCALE, best)
+    most = best + RELATIVE * max(MIN_SCALE, best)
     if before[own] + after[own] <= most:
         return own
     for m in range(len(before)):

@@ -58,7 +58,7 @@ class SearchQuery(NamedTuple):
         robot, hand: the robot's location; the slot in its hand, or -1.
         spent: cost incurred before the first move.
         bound: only plans cheaper than this are sought.
-        most_nodes: node limit.
+        max_nodes: node limit.
         first: slot that must be fetched (or carried) first, or -1.
         staging: whether items may be put down at intermediate places where they are not used.
         weight: weight of the heuristic; 1 gives the optimum, larger weights find a plan sooner.
@@ -68,7 +68,7 @@ class SearchQuery(NamedTuple):
     hand: int
     spent: float
     bound: float
-    most_nodes: int
+    max_nodes: int
     first: int = -1
     staging: bool = False
     weight: float = 1.0

@@ -64,7 +64,7 @@ def solve(
     problem: Problem,
     *,
     budget_s: float = float("inf"),
-    most_nodes: int = MAX_NODES,
+    max_nodes: int = MAX_NODES,
     polish_nodes: int = POLISH_NODES,
     at_most: Plan | None = None,
     clock: Clock = time.perf_counter,
@@ -78,7 +78,7 @@ def solve(
     Args:
         budget_s: time limit in seconds; afterwards the best plan so far is returned with a bound, or TIMED_OUT
             without a plan.
-        most_nodes: node limit of the first pass, over all recipes.
+        max_nodes: node limit of the first pass, over all recipes.
         polish_nodes: node limit of the second pass.
         at_most: a known plan of this problem; only cheaper plans are sought.
         clock: time source in seconds, read only for the budget.
@@ -95,7 +95,7 @@ def solve(
     attempts, all_of_them = attempts_of(problem, run.is_late)
     if not all_of_them:
         run.unproven = 0.0
-    run.straight(attempts, most_nodes)
+    run.straight(attempts, max_nodes)
     run.staging_pass(attempts, polish_nodes)
     if run.best is None and at_most is not None and at_most.status is PlanStatus.SOLVED:
         bound = min(given, run.unproven)
@@ -137,8 +137,8 @@ class _SearchState:
         """Whether an attempt is known to cost no less than what is there; equal costs (ties.py) gain nothing."""
         return attempt.bound is not None and attempt.bound >= self.limit - tolerance(self.limit)
 
-    def straight(self, attempts: list[Attempt], most_nodes: int) -> None:
-        left = most_nodes
+    def straight(self, attempts: list[Attempt], max_nodes: int) -> None:
+        left = max_nodes
         for attempt in attempts:
             if self.cannot_gain(attempt):
                 break
@@ -147,8 +147,8 @@ class _SearchState:
                 break
             left -= self.search_attempt(attempt, max(left, MIN_NODES_PER_RECIPE), staging=False)
 
-    def staging_pass(self, attempts: list[Attempt], most_nodes: int) -> None:
-        left = most_nodes
+    def staging_pass(self, attempts: list[Attempt], max_nodes: int) -> None:
+        left = max_nodes
         for attempt in attempts:
             if self.cannot_gain(attempt):
                 break
@@ -157,12 +157,12 @@ class _SearchState:
                 break
             left -= self.search_attempt(attempt, left, staging=True)
 
-    def search_attempt(self, attempt: Attempt, most_nodes: int, *, staging: bool) -> int:
+    def search_attempt(self, attempt: Attempt, max_nodes: int, *, staging: bool) -> int:
         if not has_state_codes(attempt, staging=staging):
             self.record_unproven(attempt)
             self.sequential_plan(attempt)
             return 0
-        status, cost, bound, moves, nodes = find_moves(self.problem, attempt, self.limit, most_nodes, staging=staging)
+        status, cost, bound, moves, nodes = find_moves(self.problem, attempt, self.limit, max_nodes, staging=staging)
         if status == LIMIT:
             self.unproven = min(self.unproven, bound)
             self.sequential_plan(attempt)

@@ -76,7 +76,7 @@ def alternative_first_steps(own: FirstStep, delivery: Delivery, *, looks: int) -
         everything / (1.0 + from_m),
         everything / (NEGLIGIBLE_DETOUR_M + detour),
     ]
-    mixed = dict.fromkeys(int(a) for best in ranked(np.stack(worths), smallest=0.0).T for a in best)
+    mixed = dict.fromkeys(int(a) for best in ranked(np.stack(worths), min_scale=0.0).T for a in best)
     promising = [FirstStep(LOOK, a) for a in mixed if everything[a] > 0][:looks]
     return tuple(step for step in (*errands, *promising) if step != own)
 

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Bools, Floats, Ints
-from workbench.tolerances import NO_CHANCE, RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import MIN_SCALE, NO_CHANCE, RELATIVE
 
 FETCH, LOOK = 0, 1
 """Kinds of first steps: fetch (or go on carrying) a wanted item and deliver it; look into a container."""
@@ -299,7 +299,7 @@ def _beginning_with(here: DeliveryState, want: int, start: int, subset: int, j: 
 @njit(cache=True, nogil=True, inline="always")
 def _slack(cost: float) -> float:
     """By how much an equal cost may be above the least: ties.tolerance."""
-    return RELATIVE * max(SMALLEST_SCALE, abs(cost))
+    return RELATIVE * max(MIN_SCALE, abs(cost))
 
 
 @njit(cache=True, nogil=True, inline="always")

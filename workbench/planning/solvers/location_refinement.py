@@ -46,7 +46,7 @@ def solve_widening(
         wider = solve(
             replace(problem, locations=places),
             budget_s=left,
-            most_nodes=NODES,
+            max_nodes=NODES,
             polish_nodes=NODES,
             at_most=known,
             clock=clock,

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Floats, Ints
-from workbench.tolerances import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import MIN_SCALE, RELATIVE
 
 TILE = 8
 """Targets that are processed together."""
@@ -171,7 +171,7 @@ def _best_sequence(
             step *= base
         least = onward.min()
         if stop == 0:
-            slack = RELATIVE * max(SMALLEST_SCALE, abs(least))
+            slack = RELATIVE * max(MIN_SCALE, abs(least))
         chosen = 0
         while onward[chosen] > least + slack:
             chosen += 1

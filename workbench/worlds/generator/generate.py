@@ -56,15 +56,15 @@ def generate_houses(
     Raises:
         BadValue: numbers out of range.
     """
-    least, most = rooms
-    if not 1 <= least <= most <= MAX_ROOMS:
-        raise BadValue("rooms", f"{least}-{most}", f"a range within 1-{MAX_ROOMS}")
+    min_rooms, max_rooms = rooms
+    if not 1 <= min_rooms <= max_rooms <= MAX_ROOMS:
+        raise BadValue("rooms", f"{min_rooms}-{max_rooms}", f"a range within 1-{MAX_ROOMS}")
     if count < 1:
-        raise BadValue("number of houses", count, "at least 1")
+        raise BadValue("number of houses", count, "at min_rooms 1")
     figures = statistics or shipped_statistics()
     for index in range(count):
         rng = np.random.default_rng([seed, index])
-        size = _draw_size(figures, least, most, rng)
+        size = _draw_size(figures, min_rooms, max_rooms, rng)
         yield generate_house(figures, rooms=size, rng=rng, stocked=stocked)
 
 
@@ -104,9 +104,9 @@ def write_houses(path: Path, houses: Iterable[Mapping[str, Any]]) -> int:
     return count
 
 
-def _draw_size(statistics: HouseStatistics, least: int, most: int, rng: np.random.Generator) -> int:
+def _draw_size(statistics: HouseStatistics, min_rooms: int, max_rooms: int, rng: np.random.Generator) -> int:
     """Draw the number of rooms; numbers absent from real houses count as rare."""
-    sizes = list(range(least, most + 1))
+    sizes = list(range(min_rooms, max_rooms + 1))
     weights = np.array([sum(statistics.rooms.get(str(n), {"": 1}).values()) for n in sizes], dtype=float)
     return int(rng.choice(sizes, p=weights / weights.sum()))
 

@@ -12,7 +12,7 @@ from workbench.worlds.generator.statistics import HouseStatistics
 
 MIN_SIDE_M = {"Bathroom": 1.8}
 DEFAULT_MIN_SIDE_M = 2.5
-GREATEST_ASPECT = 3.0
+MAX_ASPECT = 3.0
 GAP = "gap"
 """A part of the rectangle that stays empty, so that not every house is rectangular."""
 
@@ -125,7 +125,7 @@ def is_livable(room: PlannedRoom) -> bool:
     """Whether the proportions of a room are acceptable."""
     least = MIN_SIDE_M.get(room.kind, DEFAULT_MIN_SIDE_M)
     short, long = sorted((room.at.width, room.at.depth))
-    return short >= least and long <= GREATEST_ASPECT * short
+    return short >= least and long <= MAX_ASPECT * short
 
 
 def _decimetres(value: float) -> float:

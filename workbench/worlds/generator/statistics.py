@@ -31,7 +31,7 @@ AREA_CLASSES = 3
 """Size classes of rooms: small, medium, large."""
 ENOUGH = 15
 """Minimum number of containers in multi-room houses for a statistic; with fewer, single-room houses are included."""
-FEWEST_SEEN = 3
+MIN_SEEN = 3
 """Item types seen less often in the training houses are never drawn, but count in the number of items."""
 LEFT_OUT = frozenset({"Grenade", "Weapon", "Dagger", "Unknown"})
 """Item types that no household task names."""
@@ -247,7 +247,7 @@ def _contents(houses: Sequence[House], plans: Sequence[House]) -> dict[str, Cont
         if key.startswith("/"):
             for items in containers:
                 total.update(items)
-    kept = {t for t, n in total.items() if n >= FEWEST_SEEN and t not in LEFT_OUT}
+    kept = {t for t, n in total.items() if n >= MIN_SEEN and t not in LEFT_OUT}
     shares: dict[str, ContentShares] = {}
     for key in sorted(everywhere):
         source = several[key] if len(several.get(key, ())) >= ENOUGH else everywhere[key]

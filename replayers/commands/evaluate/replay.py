@@ -88,7 +88,7 @@ def replay(
     if output is not None and output.is_dir():
         raise WrongKind(output, needed="file")
     places = tasks_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
-    settings = ReplaySettings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
+    settings = ReplaySettings(worlds=worlds, budget=Budget(segments=budget), seed=seed)
     plans = [
         MeasurementSettings(
             places=places, strategies=names, settings=settings, estimator=name, miss_rate=miss_rate, trusting=trusting

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from replayers.commands.log.cat import cat
-from replayers.commands.log.note import note
 from replayers.commands.log.options import (
     ChunkSize,
     End,
@@ -32,8 +30,6 @@ from workbench.terminal import emit_json, say
 if TYPE_CHECKING:
     from replayers.log_tools.faces.blurred_pictures import FaceBlur
     from replayers.log_tools.rewrite import Rewritten
-
-__all__ = ["cat", "compact", "convert", "filter_log", "merge", "note", "split"]
 
 
 def filter_log(

@@ -110,7 +110,7 @@ def search(
         miss_rate=miss_rate,
     )
     if memory or rates is not None:
-        from recorders.commands.memory_tables import show_searches
+        from recorders.commands.evaluate.memory_tables import show_searches
 
         if not memory or record or request.folds is not None or dry_run or miss_rate or workers > 1:
             given = "given for --rates, and without --record, --folds, --miss-rate, --workers and --dry-run"
@@ -130,7 +130,7 @@ def search(
             experiment.estimators(),
             request.dealt,
             folder,
-            watched=lambda them, total: progress(them, title="Training", total=total),
+            progress=lambda them, total: progress(them, title="Training", total=total),
             on=Workforce(workers, scheduler),
         ) as believers,
         nullcontext() if folder is None else kept_houses(folder, force=force) as kept,
@@ -140,7 +140,7 @@ def search(
         report = measure(
             request,
             believers=believers,
-            watched=lambda results: progress(results, title="Searching"),
+            progress=lambda results: progress(results, title="Searching"),
             kept=kept,
         )
         answer = answer_of(report)

@@ -126,7 +126,7 @@ def tasks(
         raise BadValue("-k", cells, "met by at least one cell; --dry-run without -k lists them")
     request.require_estimators()
     if memory or rates is not None:
-        from recorders.commands.memory_tables import show_tasks
+        from recorders.commands.evaluate.memory_tables import show_tasks
 
         if not memory or record or cells or dealt_as is not None or dry_run or scheduler or miss_rate or workers > 1:
             given = "given for --rates, and alone: without --record, --folds, --workers, --scheduler, --miss-rate, -k"
@@ -178,7 +178,7 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Ho
         request.estimators(),
         how.dealt,
         how.output,
-        watched=lambda trained, total: progress(trained, title="Training", total=total),
+        progress=lambda trained, total: progress(trained, title="Training", total=total),
         on=Workforce(how.workers, how.scheduler),
     ) as believers:
         units = experiment.remaining_units(request, planned.keys, done, tap, how.meant, believers)

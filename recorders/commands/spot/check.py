@@ -7,7 +7,7 @@ from typing import Annotated
 
 import click
 
-from recorders.commands.spot import Certificate, SiteOption
+from recorders.commands.spot.options import Certificate, SiteOption
 from workbench.options import Json
 from workbench.parameters import Option
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from recorders.commands.spot import Certificate, LogSerial, OperatorName, Robot, SiteOption
+from recorders.commands.spot.options import Certificate, LogSerial, OperatorName, Robot, SiteOption
 from workbench.options import Force, Json, ServePort
 from workbench.parameters import Argument, Option
 
@@ -64,7 +64,8 @@ def resume(
     """
     from dataclasses import replace
 
-    from recorders.commands.spot import camera_names, check_within, print_plan, print_report, run_by_keys
+    from recorders.commands.spot.options import camera_names, check_within
+    from recorders.commands.spot.run import print_plan, print_report, run_by_keys
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()

@@ -1,0 +1,1 @@
+"""`lios evaluate search` and `tasks`, with their tables for remembered objects."""

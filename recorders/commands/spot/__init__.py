@@ -1,0 +1,1 @@
+"""The `lios spot` commands that call a robot."""

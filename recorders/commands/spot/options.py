@@ -1,0 +1,32 @@
+"""Options that the `lios spot` commands share, and the checks of their values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from workbench.parameters import Option
+
+Robot = Annotated[str, Option("--robot", help="HOST or HOST:PORT of the robot.")]
+SiteOption = Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
+OperatorName = Annotated[str, Option("--operator", help="Who is at the robot, for the log.")]
+LogSerial = Annotated[
+    bool, Option("--serial/--no-serial", help="Whether the log names the robot: its serial number and nickname.")
+]
+Certificate = Annotated[
+    Path | None,
+    Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
+]
+
+
+def check_within(option: str, value: float, minimum: float, maximum: float) -> None:
+    """Raise BadValue for a number of an option that is outside of a range, whose ends belong to it."""
+    from workbench.errors import BadValue
+
+    if not minimum <= value <= maximum:
+        raise BadValue(option, value, f"between {minimum:g} and {maximum:g}")
+
+
+def camera_names(text: str) -> tuple[str, ...]:
+    """The names of cameras in a comma-separated list."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())

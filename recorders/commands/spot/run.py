@@ -1,0 +1,184 @@
+"""`lios spot run`: runs a task on a Spot and records it, with an operator at the keys."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from recorders.commands.spot.options import (
+    Certificate,
+    LogSerial,
+    OperatorName,
+    Robot,
+    SiteOption,
+    camera_names,
+    check_within,
+)
+from workbench.options import Force, Json, MemoryLogs, MoveRatesFile, ServePort
+from workbench.parameters import Option
+
+if TYPE_CHECKING:
+    from recorders.spot.client.connection import Connection
+    from recorders.spot.run.run import RobotRun, RunReport
+    from workbench.execution.setup import RunSetup
+
+
+def run(
+    robot: Robot,
+    site: SiteOption,
+    task: Annotated[Path | None, Option("--task", help="The task (YAML); default: deliver.yaml of the site.")] = None,
+    strategy: Annotated[str, Option("--strategy", "-s", help="Strategy by name.")] = "conditioned-lios",
+    estimator: Annotated[str, Option("--estimator", help="Estimator: counts, fcnn, best, people, mixed.")] = "best",
+    output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
+    speed: Annotated[float | None, Option("--speed", help="Speed limit in m/s.")] = None,
+    look: Annotated[float, Option("--look", help="Duration of a look in seconds.")] = 6.0,
+    images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
+    take_lease: Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")] = False,
+    own_estop: Annotated[
+        bool, Option("--own-estop", help="Guard the run by our own e-stop endpoint, instead of the tablet's.")
+    ] = False,
+    map_folder: Annotated[
+        Path | None, Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
+    ] = None,
+    cameras: Annotated[str, Option("--cameras", help="Image sources, comma-separated.")] = (
+        "frontleft_fisheye_image,frontright_fisheye_image"
+    ),
+    furniture_open: Annotated[
+        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
+    ] = False,
+    resume: Annotated[
+        bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
+    ] = False,
+    memory: MemoryLogs = None,
+    rates: MoveRatesFile = None,
+    dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
+    serve: ServePort = None,
+    operator: OperatorName = "",
+    serial: LogSerial = True,
+    certificate: Certificate = None,
+    seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """Run a task on a Spot and record it; the lease is always returned.
+
+    Keys: space or s stops the robot and ends the run, p lets it stand and g go on, k skips the container at hand, i
+    says that an item is there, n marks the moment. A line tells battery, localisation, link, tags and what is next.
+    Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by itself.
+
+    Examples:
+
+        lios spot run --robot 192.168.80.3 --site home/site.yaml --task deliver.yaml --strategy model-lios --dry-run
+
+        lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop
+    """
+    from recorders.spot.client.errors import require_bosdyn
+
+    require_bosdyn()
+    from recorders.earlier_runs import memory_now
+    from recorders.sinks.mirrored import watched
+    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
+    from recorders.spot.run.run import RobotRun, setup_of
+    from recorders.spot.run.run_settings import RunSettings
+    from recorders.spot.run.site_tasks import delivery_of, site_task
+    from recorders.spot.session.session import Rates
+    from recorders.spot.tags.pictures import require_detector
+    from workbench.errors import BadValue, OutputExists
+    from workbench.worlds.sites.site import load_site
+
+    if output.exists() and not force and not dry_run:
+        raise OutputExists(output)
+    if speed is not None and not 0 < speed <= 1.6:
+        raise BadValue("--speed", speed, "more than 0 and at most 1.6 m/s, Spot's own limit")
+    check_within("--look", look, 0.1, 600)
+    check_within("--images-hz", images_hz, 0, 60)
+    place = load_site(site)
+    require_detector(place)
+    address = RobotAddress.read(robot)
+    wanted = RobotRun(
+        site=place,
+        task=site_task(task or delivery_of(place), place),
+        strategy=strategy,
+        estimator=estimator,
+        seed=seed,
+        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=resume),
+        rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
+        take_lease=take_lease,
+        own_estop=own_estop,
+        map_folder=map_folder,
+        operator_name=operator,
+        log_serial=serial,
+        memory=memory_now(memory, rates, place.plan),
+    )
+    ready = setup_of(wanted)
+    with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
+        if dry_run:
+            print_plan(connection, wanted, ready)
+            return
+        with watched(output.name, serve) as audience:
+            watched_run = replace(wanted, audience=audience)
+            report = run_by_keys(connection, watched_run, ready, output, force=force)
+    print_report(report, output, as_json=json)
+
+
+def print_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
+    """Print the first decision without moving the robot."""
+    from recorders.spot.run.event_text import event_line
+    from recorders.spot.run.run import first_decision
+    from workbench.terminal import say
+
+    planned = first_decision(connection, wanted, ready)
+    say(f"{connection.serial} is localised and all waypoints of {wanted.site.name} are on its map.")
+    say(event_line(planned) if planned is not None else "The goal is met already: nothing to do.")
+
+
+def run_by_keys(connection: Connection, wanted: RobotRun, ready: RunSetup, output: Path, *, force: bool) -> RunReport:
+    """Run with progress output and keyboard control."""
+    from recorders.spot.run.event_text import event_line
+    from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
+    from recorders.spot.run.run import run_and_record
+    from recorders.spot.run.status_line import status_line
+    from recorders.spot.run.wishes import RUN_KEYS
+    from workbench.terminal import say
+
+    stop = StopSwitch()
+    say(RUN_KEYS)
+    with stop_on_signals(stop), status_line() as show, KeyboardOperator(stop) as keys:
+        return run_and_record(
+            connection,
+            replace(wanted, show_status=show),
+            output,
+            setup=ready,
+            stop=stop,
+            operator=keys,
+            force=force,
+            hear=lambda e: say(event_line(e)),
+        )
+
+
+def print_report(report: RunReport, output: Path, *, as_json: bool) -> None:
+    """Print how a run ended and where it was recorded."""
+    from workbench.terminal import counted, emit_json, say
+
+    end = report.ended
+    if not report.lease_returned:
+        say("The lease could not be returned: the robot did not answer. It frees it by itself; check at the tablet.")
+    if as_json:
+        emit_json(
+            {
+                "log": str(output),
+                "status": end.status,
+                "reason": end.reason,
+                "cost": end.cost,
+                "seconds": report.seconds,
+                "searches": end.searches,
+                "travel_m": end.travel_m,
+                "lease_returned": report.lease_returned,
+                "gaps_s": list(report.gaps),
+            }
+        )
+    else:
+        looked = counted(end.searches, "container")
+        say(f"{end.status}: {report.seconds:.0f} s, {looked} searched, {end.travel_m:.1f} m walked")
+        say(f"Recorded to {output}. Next: lios view {output}, or lios replay {output} --strategies all")
