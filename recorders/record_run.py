@@ -41,6 +41,7 @@ def record(
     seed: int = 0,
     known: float | None = None,
     miss_rate: float = 0.0,
+    sees: float = 0.0,
     memory: Sequence[Path | str] = (),
     rates: Path | str | None = None,
     day: int | None = None,
@@ -61,6 +62,7 @@ def record(
         estimator: a name, "module:Class" or a weights file.
         known: largest share of containers known at the start; None for 0 with `find`, else 0.2.
         miss_rate: chance that a look misses an item, drawn by the seed for each item and look; the robot knows it.
+        sees: how far the robot sees open furniture in passing, in metres; 0 for not at all.
         memory, rates: logs of earlier runs, or folders of them; a table of lios learn-moves, or the shipped one.
         day: of the run, from 0; None for 0, or with `memory` for the first day after all that is remembered.
         moved: share of the house's items that stand elsewhere than in its file, drawn by the seed.
@@ -84,7 +86,7 @@ def record(
     trial = trial_for(
         job, home, strategy=strategy, estimator=estimator, seed=seed, max_known=known, miss_rate=miss_rate, ways=ways
     )
-    trial = _with_memory(trial, memory, rates, day)
+    trial = _with_memory(replace(trial, sees_m=sees), memory, rates, day)
     on_begun = None if begun is None else lambda: begun(trial)
     return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=on_begun)
 

@@ -14,7 +14,7 @@ from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import Sink
 from recorders.sinks.mirrored import Audience
 from workbench.beliefs.memory.memory import Memory
-from workbench.errors import InputError, UnknownName
+from workbench.errors import BadValue, InputError, UnknownName
 from workbench.execution.events import Event, RunEnded
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
@@ -24,13 +24,16 @@ from workbench.log_schema.events import RunInfo
 from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place, place_to_json, task_to_json
+from workbench.log_schema.sight_json import sight_to_settings
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task, find_task
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.perception import PERFECT, Perception, missing_at
-from workbench.worlds.simulated import EPOCH_NS, NavigationPaths, SimulatedWorld
+from workbench.worlds.sight.lines_of_sight import checked_radius
+from workbench.worlds.sight.sightings import PassingWays, passing_ways
+from workbench.worlds.simulated import EPOCH_NS, SIGHT_NEVER_MISSES, NavigationPaths, SimulatedWorld
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,10 +45,14 @@ class Trial:
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
         miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
+        sees_m: how far the robot sees open furniture in passing, in metres; 0 for not at all.
         trusts_looks: the robot does not know it, and takes every look at its word.
         memory: what the robot remembers of earlier runs.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
         ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
+
+    Raises:
+        BadValue: no sight radius, or sight together with misses or with other ways.
     """
 
     house: House
@@ -56,10 +63,19 @@ class Trial:
     known: tuple[ContainerId, ...] = ()
     costs: ActionCosts = SIMULATION_COSTS
     miss_rate: float = 0.0
+    sees_m: float = 0.0
     trusts_looks: bool = False
     memory: Memory | None = None
     start_ns: int = EPOCH_NS
     ways: NavigationPaths | None = None
+
+    def __post_init__(self) -> None:
+        if not checked_radius(self.sees_m):
+            return
+        if self.miss_rate:
+            raise BadValue("--sees", self.sees_m, SIGHT_NEVER_MISSES)
+        if self.ways is not None:
+            raise BadValue("--sees", self.sees_m, "given for a house, not for a surveyed site")
 
     @property
     def perception(self) -> Perception:
@@ -190,6 +206,7 @@ def record_trial(
         audience=audience,
         settings={
             **perception_to_settings(trial.perception),
+            **sight_to_settings(trial.sees_m),
             **memory_to_settings(trial.memory),
             **estimator_to_settings(ready.setup.estimator),
         },
@@ -239,10 +256,18 @@ def _prepare(trial: Trial) -> _PreparedRun:
             known=trial.known,
             miss_rate=trial.miss_rate,
             seed=trial.seed,
+            passing=_sight(trial),
             start_ns=trial.start_ns,
         ),
         place=Place.of(trial.house.plan, navigation),
     )
+
+
+def _sight(trial: Trial) -> PassingWays | None:
+    if not trial.sees_m:
+        return None
+    navigation = navigate(trial.house.plan)
+    return passing_ways(trial.house.plan, navigation.travel, navigation, trial.sees_m)
 
 
 def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
@@ -254,6 +279,7 @@ def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
         msgspec.json.encode([driver.strategy, driver.estimator, trial.seed, list(trial.known), trial.costs]),
         msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
         b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}{', trusted' * trial.trusts_looks}".encode(),
+        b"" if not trial.sees_m else f"sees {trial.sees_m!r}".encode(),
         b"" if trial.start_ns == EPOCH_NS else f"begins {trial.start_ns}".encode(),
     )
     return run_info(

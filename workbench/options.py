@@ -47,6 +47,10 @@ MissRate = Annotated[
         help="Chance that a look misses an item, drawn for each item and look; looks may be repeated.",
     ),
 ]
+Sees = Annotated[
+    float,
+    Option("--sees", help="Metres from which the robot sees open furniture in passing; 0 for not at all."),
+]
 RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
 Upload = Annotated[
     str, Option("--upload", help="Also send what was written to this address, such as s3://bucket/runs/.")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import AssetsOrBeside, MemoryLogs, MissRate, MoveRatesFile, ServePort, Upload
+from workbench.options import AssetsOrBeside, MemoryLogs, MissRate, MoveRatesFile, Sees, ServePort, Upload
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def record(
         Option("--known", help="Largest share of containers known at the start; default 0 for --find, else 0.2."),
     ] = None,
     miss_rate: MissRate = 0.0,
+    sees: Sees = 0.0,
     memory: MemoryLogs = None,
     rates: MoveRatesFile = None,
     day: Annotated[
@@ -67,6 +68,8 @@ def record(
         lios record --find mug --strategy lios -o run.mcap
 
         lios record --find mug --miss-rate 0.2 -o run.mcap
+
+        lios record --find mug --sees 2.5 -o run.mcap
 
         lios record --find mug --memory logs/ --moved 0.25 -o run.mcap
 
@@ -110,6 +113,7 @@ def record(
             seed=seed,
             known=known,
             miss_rate=miss_rate,
+            sees=sees,
             memory=memory or (),
             rates=rates,
             day=day,

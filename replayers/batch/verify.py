@@ -212,7 +212,8 @@ def _in_order(run: Run) -> list[DomainEvent]:
     for o in run.observations:
         if not o.known_at_start:
             after = searched.get((o.decision, o.container), len(run.actions))
-            rest.append(((o.decision, 1, o.stamp.ns, 2 * after + 1), o))
+            turn = 0 if o.passing is not None else 2 * after + 1  # what is seen in passing, before its move has ended
+            rest.append(((o.decision, 1, o.stamp.ns, turn), o))
     rest.sort(key=lambda pair: pair[0])
     end = [run.outcome] if run.outcome is not None else []
     return [*start, *(event for _, event in rest), *end]

@@ -90,6 +90,8 @@ def _require_plain(prepared: PreparedLog, evidence: Evidence) -> None:
         raise NotCertifiable(log, "actions were refused in it")
     if prepares(evidence.task.goal):
         raise NotCertifiable(log, "its goal needs preparations")
+    if evidence.passing is not None:
+        raise NotCertifiable(log, "its robot sees open furniture in passing")
     if prepared.settings.assumptions != Assumptions():
         raise NotCertifiable(log, "other assumptions than the usual ones are made")
 

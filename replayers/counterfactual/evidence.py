@@ -23,6 +23,7 @@ from replayers.counterfactual.evidence_rules import (
     looks_in_order,
     refused_looks,
     refused_targets,
+    seen_from_start,
     successful_manipulations,
 )
 from replayers.runs.correcting import with_corrections
@@ -37,11 +38,14 @@ from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
 from workbench.log_schema.memory_json import memory_from_settings
 from workbench.log_schema.perception_json import perception_from_settings
 from workbench.log_schema.place import Place
+from workbench.log_schema.sight_json import sight_from_settings
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
+from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, Contents, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import PERFECT, Perception
+from workbench.worlds.sight.sightings import PassingWays, passing_ways
 
 
 class PartOfRun(Unsupported):
@@ -99,6 +103,8 @@ class Evidence:
         memory: what the robot remembered of earlier runs; None where it remembered nothing.
         asking: how the run's estimator asked, where its answers cost something; None where it asked nobody.
         answers: what it was answered.
+        passing: the ways of a robot that sees open furniture in passing; None for one that does not.
+        seen_at_start: what of the known is so because it is in view from the start pose, with that pose.
         notes: what was odd and how it is read, one line each.
     """
 
@@ -130,6 +136,8 @@ class Evidence:
     memory: Memory | None = None
     asking: AskingInfo | None = None
     answers: tuple[Answer, ...] = ()
+    passing: PassingWays | None = field(default=None, compare=False)
+    seen_at_start: Mapping[ContainerId, Pose] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
 
     @property
@@ -225,6 +233,8 @@ def evidence_of(run: Run) -> Evidence:
         memory=memory_from_settings(run.settings),
         asking=asking_from_settings(run.settings),
         answers=answers_in(run.answers),
+        passing=passing_ways(run.place.plan, run.place.travel, run.place.paths(), sight_from_settings(run.settings)),
+        seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(
             *_gap_notes(run, gaps, len(run.observations) - len(seen)),

@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation
 from workbench.tolerances import NEAR_ROUNDED
+from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 
 LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
@@ -127,6 +128,14 @@ def looks_in_order(observations: Iterable[Observation]) -> Mapping[ContainerId, 
             items = tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in seen.items)
             looks.setdefault(ContainerId(seen.container), []).append(items)
     return MappingProxyType({container: tuple(shown) for container, shown in looks.items()})
+
+
+def seen_from_start(observations: Iterable[Observation]) -> Mapping[ContainerId, Pose]:
+    """The containers that were in view from the start pose, with that pose."""
+    poses = ((ContainerId(o.container), o.passing.viewpoint) for o in observations if o.known_at_start and o.passing)
+    return MappingProxyType(
+        {container: Pose(x_m=at[0], y_m=at[1], yaw_rad=at[2]) for container, at in poses if len(at) == 3}
+    )
 
 
 def chances_of_missing(

@@ -8,7 +8,8 @@ agrees with the log: containers that nobody opened hold what the filling says, a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
 from typing import final
 
 from replayers.counterfactual.durations import SIMULATED, Durations
@@ -17,10 +18,11 @@ from replayers.counterfactual.evidence_rules import IMPLIED, IMPUTED, LOGGED
 from replayers.runs.run import Run
 from workbench.planning.actions import EFFECTS
 from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
+from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.sight.sightings import PassingWays, UnknownSight, stop_point
 from workbench.worlds.travel import Paths, TravelCosts
-from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog, SeenInPassing
 
 Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
 """What a container holds beyond the log, given what the robot knows when it looks: everything in an open one, and
@@ -32,9 +34,22 @@ def unknown_contents(container: ContainerId, knowledge: Knowledge) -> None:
     return
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Move:
+    """A move that was asked for; arguments as of World.go_to."""
+
+    target: LocationId
+    seeking: Collection[ItemType] | None
+
+
 @final
 class LoggedWorld:
     """A World that answers from a log.
+
+    Where the robot sees in passing, what comes into view on a move is answered like a look.
+
+    Attributes:
+        unfinished: the move on which something came into view of which nobody can tell what it shows; None if none.
 
     Args:
         log: a run as read, or its evidence.
@@ -66,7 +81,9 @@ class LoggedWorld:
         self._as_recorded = as_recorded
         self._durations = durations
         self._imputed_items: set[ItemId] = set()
-        self._paths = paths or (place.paths() if with_ways else NoPaths(self.evidence))
+        self.unfinished: Move | None = None
+        self._passing = self.evidence.passing
+        self._paths = self._passing or paths or (place.paths() if with_ways else NoPaths(self.evidence))
         self._now_ns = self.evidence.info.started.ns
 
     @property
@@ -75,6 +92,8 @@ class LoggedWorld:
 
     @property
     def travel(self) -> TravelCosts:
+        if self._passing is not None:
+            return self._passing.travel_from(self.knowledge.robot_at)
         return self.evidence.place.travel
 
     @property
@@ -87,18 +106,73 @@ class LoggedWorld:
     def known_at_start(self) -> Contents:
         return self.evidence.known
 
-    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
+    def seen_at_start(self) -> Mapping[ContainerId, Pose]:
+        return self.evidence.seen_at_start
+
+    def go_to(
+        self, location: LocationId, *, seeking: Collection[ItemType] | None = None
+    ) -> ActionDone | NotInLog | ActionRefused:
         here, start = self.knowledge.robot_at, self._now_ns
         metres = self.travel.between(here, location)
         if metres is None:
             return ActionRefused(start_ns=start, end_ns=start, reason=f"{location} cannot be reached")
         if location in self.evidence.refused_moves:
             return ActionRefused(start_ns=start, end_ns=start, reason=self.evidence.refused_moves[location])
+        if self._passing is not None:
+            return self._walk(self._passing, Move(target=location, seeking=seeking))
         way = self._paths.path(here, location) or ()
         self._now_ns += self._durations.move_ns(metres)
         self.knowledge = self.knowledge.moved(location)
         support = LOGGED if (here, location) in self.evidence.walked else IMPLIED
         return ActionDone(start_ns=start, end_ns=self._now_ns, travel_m=metres, path=way, support=support)
+
+    def _walk(self, ways: PassingWays, move: Move) -> ActionDone | NotInLog | ActionRefused:
+        """Go towards a location and see what is passed."""
+        here, start = self.knowledge.robot_at, self._now_ns
+        known, supports = self.knowledge, dict[ContainerId, str]()
+
+        def shows(container: ContainerId) -> tuple[Item, ...] | None:
+            nonlocal known
+            found = self._contents(container, known)
+            if found is None:
+                return None
+            items, supports[container] = found
+            known = known.seen(container, items)
+            return items
+
+        walk = ways.walk(
+            here,
+            move.target,
+            seeking=move.seeking,
+            known={*known.first_seen, *known.closed, *self.evidence.refused_searches},
+            shows=shows,
+        )
+        if isinstance(walk, UnknownSight):
+            self.unfinished = move
+            return NotInLog(start_ns=start, container=walk.container, in_passing=True)
+        if walk is None:
+            return ActionRefused(start_ns=start, end_ns=start, reason=f"{move.target} cannot be reached")
+        self._now_ns += self._durations.move_ns(walk.metres)
+        self.knowledge = replace(known, travel=ways.travel_from(walk.end)).moved(walk.end)
+        seen = tuple(
+            SeenInPassing(
+                stamp_ns=start + self._durations.move_ns(sighting.along_m),
+                container=sighting.container,
+                items=items,
+                viewpoint=sighting.viewpoint,
+                support=supports[sighting.container],
+            )
+            for sighting, items in walk.seen
+        )
+        return ActionDone(
+            start_ns=start,
+            end_ns=self._now_ns,
+            travel_m=walk.metres,
+            path=walk.path,
+            support=LOGGED if (here, walk.end) in self.evidence.walked else IMPLIED,
+            seen=seen,
+            ended_at=None if walk.end == move.target else walk.end,
+        )
 
     def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
         start = self._now_ns
@@ -112,21 +186,29 @@ class LoggedWorld:
             )
         if self._as_recorded:
             return self._look_as_recorded(container)
+        found = self._contents(container, self.knowledge)
+        if found is None:
+            return NotInLog(start_ns=start, container=container)
+        there, support = found
+        self._now_ns += self._durations.look_ns
+        self.knowledge = self.knowledge.seen(container, there)
+        return LookResult(start_ns=start, end_ns=self._now_ns, container=container, items=there, support=support)
+
+    def _contents(self, container: ContainerId, knowledge: Knowledge) -> tuple[tuple[Item, ...], str] | None:
+        """What a container shows at a look or in passing, and what that rests on; None where nobody can tell."""
         inside = self.evidence.contents.get(container)
         support = IMPUTED if inside is None else LOGGED
-        if inside is None or (container in self.evidence.doubtful and self.evidence.misses_left(self.knowledge)):
-            more = self._filling(container, self.knowledge)
+        doubted = container in self.evidence.doubtful and self.evidence.misses_left(knowledge)
+        if inside is None or (doubted and not self._as_recorded):
+            more = self._filling(container, knowledge)
             if more is None:
-                return NotInLog(start_ns=start, container=container)
+                return None
             if inside is None or more:
                 self.imputed[container] = more
                 self._imputed_items |= {item.id for item in more}
                 support = IMPUTED
             inside = (*(inside or ()), *more)
-        self._now_ns += self._durations.look_ns
-        there = self._now_there(container, inside)
-        self.knowledge = self.knowledge.seen(container, there)
-        return LookResult(start_ns=start, end_ns=self._now_ns, container=container, items=there, support=support)
+        return self._now_there(container, inside), support
 
     def _look_as_recorded(self, container: ContainerId) -> LookResult | NotInLog:
         start, number = self._now_ns, self.knowledge.looks(container)
@@ -161,6 +243,8 @@ class LoggedWorld:
         held = self.knowledge.holding
         if held is None or held.id != item:
             return ActionRefused(start_ns=start, end_ns=start, reason=f"the hand does not hold {item}")
+        if stop_point(self.knowledge.robot_at) is not None:
+            return ActionRefused(start_ns=start, end_ns=start, reason=f"there is nothing to put {item} on")
         self.knowledge = self.knowledge.placed()
         return self._handled("place", (item,), start)
 

@@ -59,7 +59,7 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
     planner = strategy(name, origin=NameOrigin.LOG)
-    return _compared(run, events_over(run, evidence, estimator, planner))
+    return _compared(run, evidence, events_over(run, evidence, estimator, planner))
 
 
 def events_over(run: Run, evidence: Evidence, estimator: Estimator, planner: Strategy) -> Iterator[Event]:
@@ -86,7 +86,7 @@ def _holds_every_action(run: Run) -> bool:
     return run.outcome is None or not _simulated(run) or abs(spent - run.outcome.own_cost) <= NEAR_LOGGED_SUM
 
 
-def _compared(run: Run, events: Iterator[Event]) -> Reproduction:
+def _compared(run: Run, evidence: Evidence, events: Iterator[Event]) -> Reproduction:
     """Action by action in the log's order, then the end."""
     logged = sorted(run.actions, key=lambda a: a.index)
     plans = {plan.decision: plan for plan in run.plans}
@@ -103,7 +103,7 @@ def _compared(run: Run, events: Iterator[Event]) -> Reproduction:
                 return _parted(run, logged[done], now, made, plans)
             done += 1
         elif isinstance(event, RunEnded):
-            return _at_end(run, event, logged[done:], made, plans)
+            return _at_end(run, evidence, event, logged[done:], made, plans)
     raise AssertionError("the loop always ends with Ended")
 
 
@@ -128,6 +128,7 @@ def _parted(
 
 def _at_end(
     run: Run,
+    evidence: Evidence,
     ended: RunEnded,
     left: Sequence[ActionFinished],
     made: PlanComputed | None,
@@ -135,7 +136,8 @@ def _at_end(
 ) -> Reproduction:
     outcome = run.outcome
     if left:
-        if left[0].action == "search" and left[0].target == ended.unseen:
+        passed = evidence.passing is not None and left[0].action == "move" and ended.unseen is not None
+        if passed or (left[0].action == "search" and left[0].target == ended.unseen):
             return Reproduction(same=None, why=f"the log lacks what was seen in {ended.unseen}")
         if not _simulated(run) and _decided_alike(left[0], made, plans):
             return Reproduction(same=True)

@@ -9,16 +9,18 @@ so that the tree is a graph and stays small. A strategy must be deterministic: t
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import final
 
 from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
-from replayers.counterfactual.overlooked import PossibleContents, possible_contents
+from replayers.counterfactual.overlooked import possible_contents
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from replayers.counterfactual.results import Assignment
+from replayers.counterfactual.run_nodes import Choose, Leaf, Node, Segment, UnfinishedWalk, UnobservedLook
 from workbench.beliefs.belief import Estimator
 from workbench.caches import Cache
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
@@ -28,90 +30,11 @@ from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.worlds.house import ContainerId, Item, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.world import ActionDone, NotInLog
 
 MAX_CACHED_DECISIONS = 50_000
 MAX_STEPS = 500
 """As the closed loop's."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class UnobservedLook:
-    """A look into an open container: the log does not hold what it reveals.
-
-    Attributes:
-        container: the container being searched.
-        live: the item types that still matter.
-        options: the answers that it can give, the empty one first.
-        others: whether it can give answers besides the options (relevance.MAX_ANSWERS).
-        knowledge: what the robot knows before the look.
-        possible: where looks may have missed, what it may hold beyond the log.
-    """
-
-    container: ContainerId
-    live: tuple[ItemType, ...]
-    options: tuple[Answer, ...]
-    others: bool
-    knowledge: Knowledge
-    possible: PossibleContents | None = None
-
-    def allows(self, answer: Answer) -> bool:
-        if self.possible is not None:
-            return self.possible.allows(answer)
-        return self.others or answer in self.options
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Segment:
-    """One segment of a run, from a node to the next unobserved look or to the end of the run.
-
-    Attributes:
-        cost: its cost, including the unobserved look.
-        steps, picks: how many actions and picks it takes.
-        question: the look at which it stops; None at the end of the run.
-        ended: how the run ended; None at an unobserved look.
-        leans: whether some decision in it depended on beliefs.
-    """
-
-    cost: float
-    steps: int
-    picks: int
-    question: UnobservedLook | None
-    ended: RunEnded | None
-    depends_on_beliefs: bool = True
-
-    @property
-    def done(self) -> bool:
-        return self.ended is not None and self.ended.status is RunStatus.DONE
-
-
-@dataclass(slots=True, eq=False)
-class Node:
-    """A state of knowledge in the run tree. Steps, picks and cost count from the start, by the first path to it.
-
-    imputed: an open container was searched on the way here, so that beliefs which depend on every observation are
-    unknown from here on.
-    """
-
-    knowledge: Knowledge
-    imputed: bool = False
-    steps: int = 0
-    picks: int = 0
-    cost: float = 0.0
-    segment: Segment | None = None
-    children: dict[Answer, Node] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Leaf:
-    """The end of a run in all worlds that answer as `filled` says; cost is the charged cost."""
-
-    filled: tuple[Assignment, ...]
-    cost: float
-    own_cost: float
-    status: RunStatus
-
-
-Choose = Callable[[UnobservedLook], Answer]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -252,15 +175,24 @@ class RunTree:
         steps, picks = node.steps + segment.steps, node.picks + segment.picks
         self.max_picks = max(self.max_picks, picks)
         cost = node.cost + segment.cost
-        made = Node(knowledge=knowledge, imputed=True, steps=steps, picks=picks, cost=cost)
-        return self._nodes.setdefault(self._key(knowledge), made) if self._merge else made
+        walk = segment.question.walk
+        if walk is not None:
+            walk = replace(walk, told=MappingProxyType({**walk.told, container: self._imputed(answer, container)}))
+        made = Node(knowledge=knowledge, walk=walk, imputed=True, steps=steps, picks=picks, cost=cost)
+        key = (self._key(knowledge), None if walk is None else walk.key)
+        return self._nodes.setdefault(key, made) if self._merge else made
 
     def _run(self, node: Node) -> Segment:
         self.segments += 1
         world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
-        steps, picks, leans = 0, 0, False
+        steps, picks, leans, walked = 0, 0, False, 0.0
+        if node.walk is not None:
+            world, unknown, walked = self._walked(node, node.walk)
+            if unknown is not None:
+                return Segment(cost=0.0, steps=0, picks=0, question=unknown, ended=None, depends_on_beliefs=False)
+            steps = 1
         ended: RunEnded | None = None
-        for event in self._events(world, begin_with=node.knowledge, steps_left=self.max_steps - node.steps):
+        for event in self._events(world, begin_with=world.knowledge, steps_left=self.max_steps - node.steps - steps):
             if isinstance(event, ActionEnded):
                 steps += 1
                 picks += event.success and event.step.action == "pick"
@@ -271,15 +203,28 @@ class RunTree:
         assert ended is not None, "the loop always ends with Ended"
         self.max_picks = max(self.max_picks, node.picks + picks)
         if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
-            return Segment(
-                cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended, depends_on_beliefs=leans
-            )
-        question = self._question(ended.unseen, world.knowledge)
-        self.asked[ended.unseen] = None
-        cost = ended.own_cost + self.evidence.costs.search
-        return Segment(
-            cost=cost, steps=steps + 1, picks=picks, question=question, ended=None, depends_on_beliefs=leans
+            cost = walked + ended.own_cost
+            return Segment(cost=cost, steps=steps, picks=picks, question=None, ended=ended, depends_on_beliefs=leans)
+        move = world.unfinished
+        walk = None if move is None else UnfinishedWalk(before=world.knowledge, move=move)
+        question = self._question(ended.unseen, world.knowledge, walk)
+        cost = walked + ended.own_cost + (self.evidence.costs.search if walk is None else 0.0)
+        steps += walk is None
+        return Segment(cost=cost, steps=steps, picks=picks, question=question, ended=None, depends_on_beliefs=leans)
+
+    def _walked(self, node: Node, walk: UnfinishedWalk) -> tuple[LoggedWorld, UnobservedLook | None, float]:
+        """The world after the move that a node is on, what else comes into view on it, and its metres."""
+        world = LoggedWorld(
+            self.evidence,
+            with_ways=False,
+            knowledge=walk.before,
+            filling=lambda container, _: walk.told.get(container),
         )
+        answer = world.go_to(walk.move.target, seeking=walk.move.seeking)
+        if isinstance(answer, NotInLog):
+            return world, self._question(answer.container, node.knowledge, walk), 0.0
+        assert isinstance(answer, ActionDone), "the move was begun before"
+        return world, None, answer.travel_m
 
     def _asks(self, made: Decision) -> bool:
         """Whether a decision can have depended on beliefs: built-in strategies ask them for what is missing, and
@@ -305,19 +250,28 @@ class RunTree:
         )
         return with_beliefs(events)
 
-    def _question(self, container: ContainerId, knowledge: Knowledge) -> UnobservedLook:
+    def _question(self, container: ContainerId, knowledge: Knowledge, walk: UnfinishedWalk | None) -> UnobservedLook:
+        self.asked[container] = None
         live = self.relevance.live(knowledge)
         if self.evidence.misses:
             possible = possible_contents(self.evidence, self.relevance, container, knowledge)
             options, others = possible.options()
             return UnobservedLook(
-                container=container, live=live, options=options, others=others, knowledge=knowledge, possible=possible
+                container=container,
+                live=live,
+                options=options,
+                others=others,
+                knowledge=knowledge,
+                possible=possible,
+                walk=walk,
             )
         settled = [c for c in knowledge.first_seen if c in self._open]
         found = frozenset(item.type for c in settled for item in knowledge.first_seen[c])
         left = len(self._open) - len(settled) - 1
         options, others = self.relevance.options(live, found_before=found, open_left=left, seen=self._seen)
-        return UnobservedLook(container=container, live=live, options=options, others=others, knowledge=knowledge)
+        return UnobservedLook(
+            container=container, live=live, options=options, others=others, knowledge=knowledge, walk=walk
+        )
 
     def _leaf(self, segment: Segment, own_cost: float, filled: tuple[Assignment, ...]) -> Leaf:
         assert segment.ended is not None, "a leaf is an end"

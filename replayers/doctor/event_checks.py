@@ -28,6 +28,7 @@ from workbench.log_schema.place import Place
 from workbench.planning.plans import PlanStatus
 from workbench.tolerances import NEAR_PROBABILITY
 from workbench.worlds.house import LocationId
+from workbench.worlds.sight.sightings import stop_point
 
 CLOSE = 0.01
 CONTINUITY = frozenset({"decisions missing", "actions missing", "robot elsewhere", "against truth"})
@@ -124,7 +125,8 @@ class EventChecks:
             really = frozenset(item.id for item in self.truth.contents[event.container])
             if (held ^ really) - self.handled:
                 self._error(event, f"{event.container} does not hold what the ground truth says", "against truth")
-        if not event.known_at_start and event.robot_at != event.container:
+        from_afar = event.robot_at != event.container and event.passing is None
+        if not event.known_at_start and from_afar:
             self._error(event, f"{event.container} was searched from {event.robot_at}", "searched from afar")
 
     def _believed(self, event: BeliefUpdate) -> None:
@@ -141,7 +143,7 @@ class EventChecks:
         self._follows(event.decision, event)
 
     def _costed(self, event: FindCosts) -> None:
-        places = [name for name in (*event.origins, *event.targets) if name not in self._locations]
+        places = [name for name in (*event.origins, *event.targets) if not self._is_location(name)]
         if places:
             self._error(event, f"{places[0]} is no location that the robot can reach", "unknown location")
         layers = [len(layer) == len(event.origins) for layer in event.metres]
@@ -190,7 +192,7 @@ class EventChecks:
                     event, f"step {_shown(step)} begins at {step.origin}, but the robot is at {at}", "plan jumps"
                 )
                 return
-            if step.target not in self._locations or step.cost < 0 or not isfinite(step.cost):
+            if not self._is_location(step.target) or step.cost < 0 or not isfinite(step.cost):
                 self._error(event, f"step {_shown(step)} leads nowhere or has no cost", "illegal step")
             if step.action == "move":
                 metres = self.place.travel.between(LocationId(step.origin), LocationId(step.target))
@@ -214,7 +216,7 @@ class EventChecks:
         self.travel_m += event.travel_m
         self.looks += event.action == "search"
         self.handled.update(event.items)
-        unknown = [name for name in (event.origin, event.target) if name not in self._locations]
+        unknown = [name for name in (event.origin, event.target) if not self._is_location(name)]
         if unknown and event.success:
             self._error(event, f"{unknown[0]} is no location that the robot can reach", "unknown location")
         if not event.success:
@@ -228,6 +230,10 @@ class EventChecks:
             self._error(event, f"it walked {event.travel_m:g} m, and the way is {metres:g} m", "length of a way")
         if any(not isfinite(x) for a, b in pairwise(event.path) for x in (*a, *b)):
             self._error(event, "a point of its path is not finite", "path")
+
+    def _is_location(self, name: str) -> bool:
+        """Whether the robot can be there: at a place of the travel costs, or where it stopped for what it passed."""
+        return name in self._locations or stop_point(name) is not None
 
     def _ended(self, event: Outcome) -> None:
         self.outcome = event

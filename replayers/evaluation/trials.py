@@ -57,6 +57,7 @@ class MeasurementSettings:
         estimator: the estimator whose beliefs the runs use.
         miss_rate: the chance that a look of the recorded run misses an item. Replays are told how many items were
             overlooked; the truth is a run that overlooks nothing, as a replayed strategy does.
+        sees_m: how far all robots see open furniture in passing, in metres; 0 for not at all.
         trusting: the recording robot takes its looks at their word, and never looks again.
     """
 
@@ -65,6 +66,7 @@ class MeasurementSettings:
     settings: ReplaySettings
     estimator: str = "counts"
     miss_rate: float = 0.0
+    sees_m: float = 0.0
     trusting: bool = False
 
 
@@ -276,13 +278,14 @@ def outside_bounds(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...
 
 def trial_of(place: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
     """The trial of one task by one strategy."""
-    return trial_for(
+    trial = trial_for(
         TaskRequest(scenario=place.scenario),
         load_house(place.house),
         strategy=strategy,
         estimator=plan.estimator,
         seed=place.seed,
     )
+    return replace(trial, sees_m=plan.sees_m)
 
 
 def _measured(task: tuple[ReplayTask, MeasurementSettings]) -> list[Counterfactual | SkippedTask]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,11 +10,13 @@ from replayers.runs.run import Run
 from workbench.beliefs.belief import Belief
 from workbench.errors import NotFound
 from workbench.log_schema.events import ActionFinished, BeliefUpdate, SeenItem
+from workbench.log_schema.sight_json import sight_from_settings
 from workbench.planning.actions import BY_NAME, facts_after
 from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import View
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.sight.sightings import passing_ways
 
 
 class NoSuchDecision(NotFound):
@@ -73,6 +75,7 @@ def moment_of(run: Run, decision: int) -> Moment:
 
 def _knowledge_before(run: Run, decision: int) -> Knowledge:
     knowledge = Knowledge(plan=run.place.plan, travel=run.place.travel)
+    ways = passing_ways(run.place.plan, run.place.travel, run.place.paths(), sight_from_settings(run.settings))
     for observation in run.observations:
         if observation.known_at_start:
             knowledge = knowledge.seen(ContainerId(observation.container), _items(observation.items), in_run=False)
@@ -81,6 +84,8 @@ def _knowledge_before(run: Run, decision: int) -> Knowledge:
     for _, _, event in sorted(events, key=lambda entry: entry[:2]):
         if isinstance(event, ActionFinished):
             knowledge = _after_action(knowledge, event)
+            if ways is not None:
+                knowledge = replace(knowledge, travel=ways.travel_from(knowledge.robot_at))
         else:
             knowledge = knowledge.seen(ContainerId(event.container), _items(event.items))
     return knowledge

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -56,7 +56,12 @@ class FakeWorld:
     def known_at_start(self) -> Contents:
         return {c: self.house.contents[c] for c in self.known}
 
-    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
+    def seen_at_start(self) -> Mapping[ContainerId, Pose]:
+        return {}
+
+    def go_to(
+        self, location: LocationId, *, seeking: Collection[ItemType] | None = None
+    ) -> ActionDone | ActionRefused:
         start, metres = self.clock_ns, self.travel.between(self.at, location)
         assert metres is not None
         if self._refuses("move", location):

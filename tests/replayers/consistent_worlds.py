@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -366,8 +366,13 @@ class RefusingWorld:
     def known_at_start(self) -> Mapping[ContainerId, tuple[Item, ...]]:
         return self._world.known_at_start()
 
-    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
-        return self._refusal(self._blocked, location) or self._world.go_to(location)
+    def seen_at_start(self) -> Mapping[ContainerId, Pose]:
+        return self._world.seen_at_start()
+
+    def go_to(
+        self, location: LocationId, *, seeking: Collection[ItemType] | None = None
+    ) -> ActionDone | ActionRefused:
+        return self._refusal(self._blocked, location) or self._world.go_to(location, seeking=seeking)
 
     def look_into(self, container: ContainerId) -> LookResult | ActionRefused:
         return self._refusal(self._shut, container) or self._world.look_into(container)

@@ -67,7 +67,8 @@ class ContainerObserved:
     """The contents of a container became known; `known_at_start` if before the run began.
 
     `opened_by` says who opened closed furniture for the look; "" where nothing had to be opened or it is not known.
-    `look` says how it was looked, where looks can miss; None where they show everything.
+    `look` says how it was looked, where looks can miss; None where they show everything. `passing_from` is where the
+    robot was as it saw an open container in passing; None where it looked into one.
     """
 
     stamp_ns: int
@@ -79,6 +80,7 @@ class ContainerObserved:
     support: str = ""
     opened_by: str = ""
     look: LookMade | None = None
+    passing_from: Pose | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,13 +8,18 @@ what is missing exists, that goes on for ever, else for MAX_LOOKS looks a contai
 
 from __future__ import annotations
 
+from workbench.execution.events import LookMade
 from workbench.planning.actions import relevant_types
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
 from workbench.search.policy import SearchPolicy
+from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import MAX_LOOKS, Perception
+from workbench.worlds.world import LookResult
+
+NS_PER_S = 1_000_000_000
 
 
 def worth_another_look(
@@ -39,3 +44,25 @@ def worth_another_look(
     least = 0 if never_searched else min((knowledge.looks(c) for c in looked), default=0)
     most = MAX_LOOKS * (1 + least // MAX_LOOKS) if endless else MAX_LOOKS
     return frozenset(c for c in looked if knowledge.looks(c) < most)
+
+
+def how_looked(
+    answer: LookResult, number: int, *, perception: Perception, task: Task, viewpoint: Pose | None
+) -> LookMade | None:
+    """How a look was made; None where looks show everything.
+
+    Args:
+        number: which look into this container it is, from 1.
+        viewpoint: where the robot stood; None where that is not known.
+    """
+    if perception.perfect:
+        return None
+    return LookMade(
+        number=number,
+        viewpoint=viewpoint,
+        in_view=(answer.container,),
+        duration_s=(answer.end_ns - answer.start_ns) / NS_PER_S,
+        detector=perception.detector,
+        p_detect=tuple((t, perception.of(t)) for t in relevant_types(task.goal)),
+        source=perception.source,
+    )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.guarded_estimator import EstimatorFailed
@@ -21,29 +21,28 @@ from workbench.execution.events import (
     EstimatorAnswered,
     Event,
     FindCostsUpdated,
-    LookMade,
     PlanMade,
     RunEnded,
     RunStatus,
 )
 from workbench.execution.goal_check import is_met
 from workbench.execution.legality import Legality, legality
-from workbench.execution.looking_again import worth_another_look
+from workbench.execution.looking_again import how_looked, worth_another_look
+from workbench.execution.passing import knowledge_after, observed_in_passing, seen_in_words, unknown_in_words
+from workbench.execution.run_end import end_without_plan
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.planning.warm import warm_up
 from workbench.search.costs import ActionCosts
-from workbench.worlds.house import START, ContainerId, Item, ItemId, LocationId
+from workbench.worlds.house import START, ContainerId, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog, World
 
 MAX_REFUSALS = 3
 """Number of refusals of the same step that end the run."""
-
-NS_PER_S = 1_000_000_000
 
 Stopwatch = Callable[[], float]
 
@@ -146,6 +145,7 @@ class _Run:
             return
         known = self.world.known_at_start()
         self.knowledge = knowledge_at_start(self.world.plan, self.world.travel, known)
+        in_view = self.world.seen_at_start()
         for container in sorted(known):
             yield ContainerObserved(
                 stamp_ns=self.world.now_ns(),
@@ -154,6 +154,7 @@ class _Run:
                 items=tuple(known[container]),
                 robot_at=START,
                 known_at_start=True,
+                passing_from=in_view.get(container),
             )
         self._warm_up()
 
@@ -207,7 +208,7 @@ class _Run:
     def _execute_plan(self, made: Decision) -> Iterator[Event]:
         """Execute the plan until something new is observed, a step is refused, or the plan is finished."""
         if made.plan.status is not PlanStatus.SOLVED:
-            self._end(*_end_without_plan(made, nothing_left=not self.knowledge.unsearched))
+            self._end(*end_without_plan(made, nothing_left=not self.knowledge.unsearched))
             return
         if made.look_on_the_way:
             yield from self._look(ContainerId(made.look_on_the_way[0]), (), why="a look on the way")
@@ -227,7 +228,7 @@ class _Run:
                 return
         self.reason = "the plan is done" if made.steps_now is None else "the next steps are decided anew"
 
-    def _look(self, container: ContainerId, sought: tuple[str, ...], *, why: str) -> Iterator[Event]:
+    def _look(self, container: ContainerId, sought: tuple[ItemType, ...], *, why: str) -> Iterator[Event]:
         """Go to a container and look into it: one step of a find."""
         place = LocationId(container)
         if container not in self.knowledge.unsearched:
@@ -240,18 +241,15 @@ class _Run:
                     origin=self.knowledge.robot_at,
                     target=place,
                     cost=self.world.travel.between(self.knowledge.robot_at, place) or 0.0,
-                )
+                ),
+                seeking=sought,
             )
             if not went:
                 return
         step = PlanStep(action="search", origin=place, target=place, cost=self.costs.search)
         answer = self.world.look_into(container)
         if isinstance(answer, NotInLog):
-            self._end(
-                RunStatus.UNDETERMINED,
-                f"nobody opened {container} while this was recorded",
-                unseen=container,
-            )
+            self._end(RunStatus.UNDETERMINED, unknown_in_words(answer, place), unseen=container)
             return
         self.searches += 1
         yield self._acted(step, answer, self.costs.search)
@@ -273,26 +271,27 @@ class _Run:
             robot_at=place,
             support=answer.support,
             opened_by=answer.opened_by,
-            look=self._how_looked(answer, before.looks(container) + 1),
+            look=how_looked(
+                answer,
+                before.looks(container) + 1,
+                perception=self.perception,
+                task=self.task,
+                viewpoint=self.world.paths.standing_pose(place),
+            ),
         )
 
-    def _how_looked(self, answer: LookResult, number: int) -> LookMade | None:
-        """How it looked, where looks can miss."""
-        if self.perception.perfect:
-            return None
-        return LookMade(
-            number=number,
-            viewpoint=self.world.paths.standing_pose(LocationId(answer.container)),
-            in_view=(answer.container,),
-            duration_s=(answer.end_ns - answer.start_ns) / NS_PER_S,
-            detector=self.perception.detector,
-            p_detect=tuple((t, self.perception.of(t)) for t in relevant_types(self.task.goal)),
-            source=self.perception.source,
-        )
+    def _act(self, step: PlanStep, *, seeking: tuple[ItemType, ...] | None = None) -> Generator[Event, None, bool]:
+        """Execute one step other than a find; returns whether to continue with the plan.
 
-    def _act(self, step: PlanStep) -> Generator[Event, None, bool]:
-        """Execute one step other than a find; returns whether to continue with the plan."""
-        answer = self._request_action(step)
+        Args:
+            seeking: the item types sought, for the move of a find.
+        """
+        answer = self._request_action(step, seeking)
+        if isinstance(answer, NotInLog):
+            self._end(RunStatus.UNDETERMINED, unknown_in_words(answer, step.target), unseen=answer.container)
+            return False
+        if isinstance(answer, ActionDone) and answer.seen:
+            return (yield from self._passed(step, answer))
         yield self._acted(step, answer, answer.travel_m if step.action == "move" else self.costs.manipulation)
         if isinstance(answer, ActionRefused):
             self._refused(step, answer)
@@ -300,9 +299,20 @@ class _Run:
         self._advance(step)
         return self.ended is None
 
-    def _request_action(self, step: PlanStep) -> ActionDone | ActionRefused:
+    def _passed(self, step: PlanStep, answer: ActionDone) -> Generator[Event, None, bool]:
+        """A move on which containers came into view: what they show is known at once, and decides anew."""
+        yield from observed_in_passing(answer, decision=self.decision, robot_at=self.knowledge.robot_at)
+        stopped = step if answer.ended_at is None else replace(step, target=answer.ended_at)
+        yield self._acted(stopped, answer, answer.travel_m)
+        self.knowledge = knowledge_after(self.knowledge, answer, robot_at=stopped.target, travel=self.world.travel)
+        self.reason = seen_in_words(answer)
+        return False
+
+    def _request_action(
+        self, step: PlanStep, seeking: tuple[ItemType, ...] | None
+    ) -> ActionDone | NotInLog | ActionRefused:
         if step.action == "move":
-            return self.world.go_to(step.target)
+            return self.world.go_to(step.target, seeking=seeking)
         if step.action == "pick":
             return self.world.pick(step.items[0])
         if step.action == "place":
@@ -312,6 +322,8 @@ class _Run:
     def _advance(self, step: PlanStep) -> None:
         knowledge = self.knowledge
         if step.action == "move":
+            if knowledge.travel is not self.world.travel:  # the robot had stopped on the way
+                knowledge = replace(knowledge, travel=self.world.travel)
             self.knowledge = knowledge.moved(step.target)
         elif step.action == "pick":
             self.knowledge = knowledge.picked(_item_here(knowledge, step.items[0]))
@@ -373,17 +385,6 @@ class _Run:
             travel_m=self.travel_m,
             unseen=unseen,
         )
-
-
-def _end_without_plan(made: Decision, *, nothing_left: bool) -> tuple[RunStatus, str]:
-    plan = made.plan
-    if plan.status is PlanStatus.TIMED_OUT:
-        return RunStatus.OUT_OF_BUDGET, plan.note or "no plan was found within the planning budget"
-    if plan.status is PlanStatus.SOLVER_FAILED:
-        return RunStatus.PLANNER_FAILED, plan.note or "the solver failed"
-    if nothing_left:
-        return RunStatus.MIN_REMAINING_PROBABILITY, plan.note or "every container is searched and the goal is not met"
-    return RunStatus.NO_PLAN, plan.note or "no sequence of actions meets the goal"
 
 
 def _item_here(knowledge: Knowledge, item_id: ItemId) -> Item:

@@ -41,6 +41,7 @@ from workbench.log_schema.events import (
     Observation,
     Outcome,
     PlanComputed,
+    SeenInPassing,
     SeenItem,
     Stamp,
     Step,
@@ -49,6 +50,7 @@ from workbench.log_schema.events import (
     WayNotTaken,
 )
 from workbench.planning.plans import PlanStatus, PlanStep
+from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Contents, Item
 
 DECIMALS = 6
@@ -70,7 +72,7 @@ class UnknownTopic(Malformed):
 
 
 OPTIONAL: Mapping[type[msgspec.Struct], tuple[str, ...]] = MappingProxyType(
-    {PlanComputed: ("expected_cost", "lower_bound"), Outcome: ("unseen",), Observation: ("look",)}
+    {PlanComputed: ("expected_cost", "lower_bound"), Outcome: ("unseen",), Observation: ("look", "passing")}
 )
 """Fields that may be None."""
 
@@ -128,6 +130,7 @@ def _(event: ContainerObserved) -> tuple[DomainEvent, ...]:
         support=event.support,
         opened_by=event.opened_by,
         look=None if event.look is None else _how_looked(event.look),
+        passing=None if event.passing_from is None else SeenInPassing(viewpoint=_pose(event.passing_from)),
     )
     return (seen,)
 
@@ -262,10 +265,9 @@ def seen_items(items: Iterable[Item]) -> tuple[SeenItem, ...]:
 
 
 def _how_looked(look: LookMade) -> HowLooked:
-    at = look.viewpoint
     return HowLooked(
         number=look.number,
-        viewpoint=() if at is None else (_rounded(at.x_m), _rounded(at.y_m), _rounded(at.yaw_rad)),
+        viewpoint=() if look.viewpoint is None else _pose(look.viewpoint),
         in_view=look.in_view,
         duration_s=_rounded(look.duration_s),
         detector=look.detector,
@@ -273,6 +275,10 @@ def _how_looked(look: LookMade) -> HowLooked:
         p_detect=tuple(p for _, p in look.p_detect),
         source=look.source,
     )
+
+
+def _pose(at: Pose) -> tuple[float, float, float]:
+    return (_rounded(at.x_m), _rounded(at.y_m), _rounded(at.yaw_rad))
 
 
 def _step(step: PlanStep) -> Step:

@@ -64,10 +64,20 @@ class HowLooked(msgspec.Struct, frozen=True, kw_only=True):
             raise ValueError("p_detect is not above 0 and at most 1")
 
 
+class SeenInPassing(msgspec.Struct, frozen=True, kw_only=True):
+    """How an open container was seen that the robot passed; viewpoint is x and y in metres and the heading in
+    radians."""
+
+    how: str = "in passing"
+    viewpoint: tuple[float, ...] = ()
+
+
 class Observation(msgspec.Struct, frozen=True, kw_only=True):
     """A container's content became known.
 
-    opened_by says who opened closed furniture for the look; look is None (left out) where looks show everything.
+    opened_by says who opened closed furniture for the look; look is None (left out) where looks show everything;
+    passing is None (left out) where the robot looked into the container. robot_at is where the robot was, or, in
+    passing, where it came from.
     """
 
     stamp: Stamp
@@ -79,6 +89,7 @@ class Observation(msgspec.Struct, frozen=True, kw_only=True):
     support: str = ""
     opened_by: str = ""
     look: HowLooked | None = None
+    passing: SeenInPassing | None = None
 
 
 class BeliefUpdate(msgspec.Struct, frozen=True, kw_only=True):

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from math import hypot
 from typing import final
 
-from workbench.arrays import Bools
+import numpy as np
+
+from workbench.arrays import Bools, Floats
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import LocationId
 from workbench.worlds.maps.navigation import Navigation, free_cells
@@ -45,6 +48,22 @@ class LoggedPaths:
             return None
         way = None if self._navigation is None else self._navigation.path(a, b)
         return (start.point, end.point) if way is None else way
+
+    def way_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
+        """Corner points from a point of a path to a location, both ends included; None if it is unreachable."""
+        end = self._standing.get(location)
+        if end is None:
+            return None
+        way = None if self._navigation is None else self._navigation.way_from(point, location)
+        return (point, end.point) if way is None else way
+
+    def metres_from(self, point: Point) -> Floats:
+        """Travel costs in metres from a point of a path to every location; float64, shape (locations,)."""
+        known = self._navigation
+        if known is not None and all(location in known.standing for location in self._travel.locations):
+            return known.metres_from(point)
+        ends = [self._standing[location].point for location in self._travel.locations]
+        return np.array([hypot(x - point[0], y - point[1]) for x, y in ends])
 
     @cached_property
     def _navigation(self) -> Navigation | None:

@@ -21,6 +21,7 @@ from workbench.log_schema.task_json import TASK_ATTACHMENT, task_from_json, task
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, FloorPlan, LocationId
 from workbench.worlds.maps.occupancy import OccupancyGrid
+from workbench.worlds.sight.sightings import Ways
 from workbench.worlds.travel import Paths, TravelCosts
 
 __all__ = [
@@ -81,7 +82,7 @@ class Place:
             occupancy=grid if isinstance(grid, OccupancyGrid) else None,
         )
 
-    def paths(self) -> Paths:
+    def paths(self) -> Ways:
         """The paths between locations, recomputed on the occupancy grid; straight lines without a grid."""
         from workbench.log_schema.logged_paths import LoggedPaths
 

@@ -56,7 +56,8 @@ class Knowledge:
         items_at: per location, the items known to be there now; every searched container has an entry.
         first_seen: contents of each searched container when it was first looked into.
         facts: facts established by preparations, e.g. ("boiled", (egg,)).
-        visited: containers searched in this run, in order; those known at the start are not among them.
+        visited: containers searched in this run, or seen in passing, in order; those known at the start are not among
+            them.
         closed: containers that could not be searched (a failed look); no longer candidates.
         again: searched containers that are worth another look, since looks can miss; unsearched once more.
     """

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Protocol, final
 
 from workbench.errors import BadValue, UnknownName
+from workbench.worlds.geometry import Pose
 from workbench.worlds.house import (
     START,
     ContainerId,
@@ -20,14 +23,17 @@ from workbench.worlds.house import (
     House,
     Item,
     ItemId,
+    ItemType,
     LocationId,
 )
+from workbench.worlds.sight.sightings import PassingWays, Walk, stop_point
 from workbench.worlds.travel import Paths, TravelCosts
-from workbench.worlds.world import ActionDone, ActionRefused, LookResult
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult, SeenInPassing
 
 EPOCH_NS = 1_767_225_600_000_000_000
 """2026-01-01T00:00:00Z."""
 NS_PER_S = 1_000_000_000
+SIGHT_NEVER_MISSES = "given without --miss-rate: what is seen in passing is never missed"
 METRE_S, LOOK_S, HANDLE_S = 1.0, 2.0, 5.0
 
 
@@ -48,11 +54,12 @@ class SimulatedWorld:
         known: containers whose contents the robot knows before it starts.
         miss_rate: the chance that a look misses an item, drawn for each item and look.
         seed: of those draws.
+        passing: the ways of a robot that sees open furniture in passing; None for one that does not.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
 
     Raises:
         UnknownName: a known container that is not in the house.
-        BadValue: a miss rate outside [0, 1).
+        BadValue: a miss rate outside [0, 1), or one with sight in passing, which never misses.
     """
 
     def __init__(
@@ -63,18 +70,28 @@ class SimulatedWorld:
         known: Iterable[ContainerId] = (),
         miss_rate: float = 0.0,
         seed: int = 0,
+        passing: PassingWays | None = None,
         start_ns: int = EPOCH_NS,
     ) -> None:
         if not 0 <= miss_rate < 1:
             raise BadValue("miss rate", miss_rate, "at least 0 and below 1")
+        if passing is not None and miss_rate:
+            raise BadValue("--sees", passing.radius_m, SIGHT_NEVER_MISSES)
         self._miss_rate, self._seed = miss_rate, seed
         self._looks: Counter[ContainerId] = Counter()
         self._house = house
         self._navigation = navigation
+        self._passing = passing
         self._known = tuple(dict.fromkeys(known))
         for container in self._known:
             if container not in house.contents:
                 raise UnknownName("container", container, house.contents, house.plan.name)
+        self._seen = set(self._known)
+        self._at_start: dict[ContainerId, Pose] = {}
+        for sighting in () if self._passing is None else self._passing.at_start():
+            if sighting.container not in self._seen:
+                self._at_start[sighting.container] = sighting.viewpoint
+        self._seen |= self._at_start.keys()
         self._now_ns = start_ns
         self._at: LocationId = START
         self._hand: Item | None = None
@@ -86,28 +103,62 @@ class SimulatedWorld:
 
     @property
     def travel(self) -> TravelCosts:
-        return self._navigation.travel
+        return self._navigation.travel if self._passing is None else self._passing.travel_from(self._at)
 
     @property
     def paths(self) -> Paths:
-        return self._navigation
+        return self._passing or self._navigation
 
     def now_ns(self) -> int:
         """The world's clock, nanoseconds since the Unix epoch."""
         return self._now_ns
 
     def known_at_start(self) -> Contents:
-        """The contents of the known containers, in the given order."""
-        return {container: self._house.contents[container] for container in self._known}
+        """The contents of the known containers, in the given order, and of what is seen from the start pose."""
+        return {container: self._house.contents[container] for container in (*self._known, *self._at_start)}
 
-    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
+    def seen_at_start(self) -> Mapping[ContainerId, Pose]:
+        return MappingProxyType(self._at_start)
+
+    def go_to(
+        self, location: LocationId, *, seeking: Collection[ItemType] | None = None
+    ) -> ActionDone | ActionRefused:
         """Go to a location along the shortest path; refused if there is none."""
+        if self._passing is not None:
+            return self._walk(self._passing, location, seeking)
         metres = self.travel.between(self._at, location)
         path = self.paths.path(self._at, location)
         if metres is None or path is None:
             return self._refuse(f"no way from {self._at} to {location}")
         self._at = location
         return self._done(metres * METRE_S, travel_m=metres, path=path)
+
+    def _walk(
+        self, ways: PassingWays, location: LocationId, seeking: Collection[ItemType] | None
+    ) -> ActionDone | ActionRefused:
+        """Go towards a location and see what is passed."""
+        walk = ways.walk(
+            self._at,
+            location,
+            seeking=seeking,
+            known=self._seen,
+            shows=lambda container: tuple(self._there[LocationId(container)]),
+        )
+        if not isinstance(walk, Walk):
+            return self._refuse(f"no way from {self._at} to {location}")
+        start_ns, self._at = self._now_ns, walk.end
+        self._seen.update(sighting.container for sighting, _ in walk.seen)
+        done = self._done(walk.metres * METRE_S, travel_m=walk.metres, path=walk.path)
+        seen = tuple(
+            SeenInPassing(
+                stamp_ns=start_ns + round(sighting.along_m * METRE_S * NS_PER_S),
+                container=sighting.container,
+                items=items,
+                viewpoint=sighting.viewpoint,
+            )
+            for sighting, items in walk.seen
+        )
+        return replace(done, seen=seen, ended_at=None if walk.end == location else walk.end)
 
     def look_into(self, container: ContainerId) -> LookResult | ActionRefused:
         """The current contents of the container; the robot must stand at it."""
@@ -118,6 +169,7 @@ class SimulatedWorld:
         done = self._done(LOOK_S)
         items = tuple(i for i in self._there[LocationId(container)] if not self._misses(i.id, container))
         self._looks[container] += 1
+        self._seen.add(container)
         return LookResult(start_ns=done.start_ns, end_ns=done.end_ns, container=container, items=items)
 
     def _misses(self, item: ItemId, container: ContainerId) -> bool:
@@ -138,6 +190,8 @@ class SimulatedWorld:
         """Place the held item at the robot's location."""
         if self._hand is None or self._hand.id != item:
             return self._refuse(f"the hand does not hold {item}")
+        if stop_point(self._at) is not None:
+            return self._refuse(f"there is nothing to put {item} on")
         self._there.setdefault(self._at, []).append(self._hand)
         self._hand = None
         return self._done(HANDLE_S)

@@ -6,12 +6,24 @@ failure is an answer, not an exception.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from workbench.worlds.geometry import Point
-from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, ItemType, LocationId
 from workbench.worlds.travel import Paths, TravelCosts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeenInPassing:
+    """What an open container showed as the robot passed it, when, from where, and the evidence as of ActionDone."""
+
+    stamp_ns: int
+    container: ContainerId
+    items: tuple[Item, ...]
+    viewpoint: Pose
+    support: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,7 +31,8 @@ class ActionDone:
     """The action succeeded; gives its times and, for a move, the distance in metres and the path.
 
     Stamps are nanoseconds since the Unix epoch. travel_m is 0 for actions other than moves. support is the evidence
-    for the answer: "logged", "implied" or "imputed" in a replay, "" elsewhere.
+    for the answer: "logged", "implied" or "imputed" in a replay, "" elsewhere. seen is what came into view on a move;
+    ended_at is where the robot stopped for it, None where it went to the end.
     """
 
     start_ns: int
@@ -27,6 +40,8 @@ class ActionDone:
     travel_m: float = 0.0
     path: tuple[Point, ...] = ()
     support: str = ""
+    seen: tuple[SeenInPassing, ...] = ()
+    ended_at: LocationId | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,10 +58,11 @@ class LookResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NotInLog:
-    """A log cannot answer: the container was not searched while it was recorded."""
+    """A log cannot answer: the container was not searched while it was recorded, nor seen in passing."""
 
     start_ns: int
     container: ContainerId
+    in_passing: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,8 +101,19 @@ class World(Protocol):
         """The contents of the containers that the robot knows before it starts."""
         ...
 
-    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
-        """Go to a location."""
+    def seen_at_start(self) -> Mapping[ContainerId, Pose]:
+        """Those of them that the robot sees from its start pose, with that pose."""
+        ...
+
+    def go_to(
+        self, location: LocationId, *, seeking: Collection[ItemType] | None = None
+    ) -> ActionDone | NotInLog | ActionRefused:
+        """Go to a location.
+
+        Args:
+            seeking: the item types sought, where the robot goes to look into a container: one that sees in passing
+                stops where the container or such an item comes into view. None for another reason to go.
+        """
         ...
 
     def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:

@@ -45,6 +45,10 @@ def search(
     workers: Workers = 1,
     scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of drawn queries and of the bootstrap.")] = 0,
+    sees: Annotated[
+        str,
+        Option("--sees", help="Measure instead what seeing in passing saves, from so many metres: 2.5, or 1,2.5,4."),
+    ] = "",
     memory: Annotated[
         bool,
         Option("--memory", help="Measure instead what memory of five earlier searches in each house saves."),
@@ -76,6 +80,8 @@ def search(
         lios evaluate search --houses houses.jsonl.gz --policies lios,conditioned-lios --queries 200 -o out
 
         lios evaluate search --queries 20 --record -o out
+
+        lios evaluate search --houses houses.jsonl.gz --sees 1,2.5,4 --policies conditioned-lios
 
         lios evaluate search --houses houses.jsonl.gz --memory --policies conditioned-lios
 
@@ -109,6 +115,14 @@ def search(
         folds=folds_from_options(folds, also),
         miss_rate=miss_rate,
     )
+    if sees:
+        from recorders.commands.evaluate.sight_table import show_sight
+
+        if memory or record or request.folds is not None or dry_run or miss_rate or workers > 1 or scheduler:
+            given = "given without --memory, --record, --folds, --miss-rate, --workers, --scheduler and --dry-run"
+            raise BadValue("--sees", sees, given)
+        show_sight(request, sees, output, force=force, json=json)
+        return
     if memory or rates is not None:
         from recorders.commands.evaluate.memory_tables import show_searches
 

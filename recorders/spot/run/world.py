@@ -6,7 +6,7 @@ RunStopped, which ends it as ABORTED (abort_guard.py).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from math import hypot
 from types import MappingProxyType
@@ -41,7 +41,7 @@ from workbench.errors import LiosError
 from workbench.log_schema.events import NANO
 from workbench.message_enum import Result
 from workbench.worlds.geometry import Pose
-from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
+from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, ItemType, LocationId
 from workbench.worlds.sites.site import Site, starting_at
 from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
@@ -115,7 +115,13 @@ class SpotWorld:
     def known_at_start(self) -> Contents:
         return self.known
 
-    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
+    def seen_at_start(self) -> Mapping[ContainerId, Pose]:
+        return {}
+
+    def go_to(
+        self, location: LocationId, *, seeking: Collection[ItemType] | None = None
+    ) -> ActionDone | ActionRefused:
+        """Go to a location; what the cameras see in passing is recorded, but ends no walk."""
         start_ns, walked = self.now_ns(), WalkLog()
         self.check_battery()
         if location != self.at:

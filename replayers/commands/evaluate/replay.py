@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import DryRun, Force, Houses, Json, MissRate, Scheduler, Split, Workers
+from workbench.options import DryRun, Force, Houses, Json, MissRate, Scheduler, Sees, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ def replay(
     trusting: Annotated[
         bool, Option("--trusting", help="With --miss-rate: the recording robot takes its looks at their word.")
     ] = False,
+    sees: Sees = 0.0,
     workers: Workers = 1,
     scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the tasks and of the sampled worlds.")] = 0,
@@ -65,6 +66,8 @@ def replay(
     items its looks overlooked; the truth is a run that overlooks nothing. With --trusting, the recording robot does
     not know that its looks miss, and never looks again: far more is overlooked for good.
 
+    With --sees, all robots see open furniture in passing, the recorded and the replayed ones.
+
     Examples:
 
         lios evaluate replay -n 200
@@ -76,11 +79,15 @@ def replay(
     from replayers.counterfactual.bounds.bounds import Budget
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.evaluation.trials import MeasurementSettings, outside_bounds, tasks_for
-    from workbench.errors import Failed, OutputExists, WrongKind
+    from workbench.errors import BadValue, Failed, OutputExists, WrongKind
     from workbench.terminal import say
     from workbench.worlds.perception import missing_at
+    from workbench.worlds.sight.lines_of_sight import checked_radius
+    from workbench.worlds.simulated import SIGHT_NEVER_MISSES
 
     missing_at(miss_rate)
+    if checked_radius(sees) and miss_rate:
+        raise BadValue("--sees", sees, SIGHT_NEVER_MISSES)
     if output is not None and output.exists() and not force:
         raise OutputExists(output)
     names, wanted = _asked(strategies, scenarios)
@@ -91,7 +98,13 @@ def replay(
     settings = ReplaySettings(worlds=worlds, budget=Budget(segments=budget), seed=seed)
     plans = [
         MeasurementSettings(
-            places=places, strategies=names, settings=settings, estimator=name, miss_rate=miss_rate, trusting=trusting
+            places=places,
+            strategies=names,
+            settings=settings,
+            estimator=name,
+            miss_rate=miss_rate,
+            sees_m=sees,
+            trusting=trusting,
         )
         for name in believers
     ]

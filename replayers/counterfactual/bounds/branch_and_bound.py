@@ -139,14 +139,16 @@ class BoundSearch:
         if question is None:
             self._intervals[node] = Interval.at_end(segment.cost, done=segment.done)
         else:
-            self._is_straight = self._is_straight and not self._most.nothing_missing(question.knowledge)
+            looks = question.walk is None
+            self._is_straight = self._is_straight and not (looks and self._most.nothing_missing(question.knowledge))
             for answer in question.options:
                 child = self._tree.child(node, answer)
                 if child not in self._intervals:
-                    interval = self._intervals[child] = self._outside.interval(child.knowledge)
+                    interval = self._outside.interval(child.knowledge, walking=child.walk is not None)
+                    self._intervals[child] = interval
                     self._waiting[child] = interval.upper(child.cost, self._failure)
             if question.others:
-                self._others[node] = self._outside.interval(question.knowledge)
+                self._others[node] = self._outside.interval(question.knowledge, walking=question.walk is not None)
                 self._others[node].spent = True
             self._update_from_children(node)
         after = self._intervals[node]

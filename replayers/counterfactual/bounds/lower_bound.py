@@ -84,19 +84,29 @@ class LowerBound:
     def _bound(self, part: Delivered | Holding, knowledge: Knowledge, *, held: bool) -> tuple[float, float]:
         if is_met(part, knowledge):
             return 0.0, 0.0
-        here, to = self._index.get(knowledge.robot_at), self._index.get(part.at)
+        here, to = self._row_from(knowledge), self._index.get(part.at)
         if here is None or to is None:
             return inf, inf
         place = self._handle if isinstance(part, Delivered) else 0.0
         if held:
-            return float(self._metres[here, to]) + place, self._handle
+            return float(here[to]) + place, self._handle
         at = self._sources(part.item_type, knowledge)
         if not len(at):
             return inf, inf
-        least = float((self._metres[here, at] + self._metres[at, to]).min()) + self._handle + place
+        least = float((here[at] + self._metres[at, to]).min()) + self._handle + place
         if isinstance(part, Delivered) and to in at:
-            return min(least, float(self._metres[here, to])), 0.0
+            return min(least, float(here[to])), 0.0
         return least, float(self._metres[at, to].min()) + 2 * self._handle
+
+    def _row_from(self, knowledge: Knowledge) -> Floats | None:
+        """Metres from where the robot is, also from a stop on its way, to every location; None if there is none."""
+        here = self._index.get(knowledge.robot_at)
+        if here is not None:
+            return self._metres[here]
+        if not knowledge.travel.reaches(knowledge.robot_at):
+            return None
+        row = knowledge.travel.metres[knowledge.travel.index(knowledge.robot_at), : len(self._metres)]
+        return row * (1 - ROUNDING_SHARE)
 
     def _sources(self, item_type: ItemType, knowledge: Knowledge) -> Indices:
         """Where an instance may stand: known, shown by the log, or in a container that is still open."""

@@ -42,24 +42,32 @@ class StateBounds:
     ) -> None:
         self.least = LowerBound(evidence, relevance)
         self.most = UpperBound(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
+        self._sees = evidence.passing is not None
         self._types = goal_types(evidence.task.goal)
         self._misses_left = evidence.misses_left
         self._searchable = (*evidence.contents, *evidence.open, *evidence.refused_searches)
         self._bounded: Cache[Hashable, tuple[float, float, bool]] = Cache(MAX_CACHED_STATES)
 
-    def interval(self, knowledge: Knowledge) -> Interval:
-        """Bounds of the cost from a state on."""
-        low, high, certain = self._bounded.get(self._key(knowledge), lambda: self._bound(knowledge))
+    def interval(self, knowledge: Knowledge, *, walking: bool = False) -> Interval:
+        """Bounds of the cost from a state on.
+
+        Args:
+            walking: the robot is on a move, and does not know all of it yet (run_tree.UnfinishedWalk).
+        """
+        key = (*self._key(knowledge), walking)
+        low, high, certain = self._bounded.get(key, lambda: self._bound(knowledge, walking=walking))
         return Interval(low, high, may_fail=not certain)
 
-    def _bound(self, knowledge: Knowledge) -> tuple[float, float, bool]:
+    def _bound(self, knowledge: Knowledge, *, walking: bool) -> tuple[float, float, bool]:
         """From below, from above (infinite if nothing bounds it), and whether every world can meet the goal."""
         low = self.least.remaining_cost(knowledge)
         if not self.most.fits_straight:
             return low, inf, False
+        if self._sees:
+            return low, self.most.seeing(knowledge, walking=walking), self.least.certainly_possible(knowledge)
         return low, self.most.direct_route_bound(knowledge), self.least.certainly_possible(knowledge)
 
-    def _key(self, knowledge: Knowledge) -> Hashable:
+    def _key(self, knowledge: Knowledge) -> tuple[Hashable, ...]:
         """Everything in a state that the two bounds depend on."""
         left = tuple([c for c in self._searchable if c not in knowledge.first_seen])
         stand = tuple([knowledge.where(t) for t in self._types])

@@ -54,6 +54,7 @@ class UpperBound:
         self._searchable = tuple(
             LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.refused_searches)
         )
+        self._in_passing = frozenset(map(LocationId, evidence.passing.open if evidence.passing is not None else ()))
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: Cache[tuple[tuple[int, ...], tuple[int, ...]], float] = Cache(MAX_CACHED_LEGS)
@@ -105,6 +106,46 @@ class UpperBound:
             fetched = sum(sorted((float(ways.max()) for ways in to_items), reverse=True)[:fetches])
             legs = min(legs, into + fetched)
         return legs + self._costs.search * len(looks) + carried
+
+    def seeing(self, knowledge: Knowledge, *, walking: bool) -> float:
+        """For strategies that go straight with a robot that sees in passing, from a state on.
+
+        Every move is one on which something comes into view, one that leads to a look, one that fetches or one that
+        delivers. A move on which nothing new comes into view is as in direct_route_bound; of the others there are no
+        more than containers that can be seen. Moves that stop on the way end no farther from anywhere than had they
+        gone on, by the triangle inequality: each counts as a whole one, and none is longer than the longest way.
+
+        Args:
+            walking: the robot is on a move on which something came into view that it does not know yet.
+        """
+        left = tuple(part for part in self._unmet_parts(knowledge) if part.at in self._index)
+        row = self._row_from(knowledge)
+        if len(left) == 1 and not walking and row is not None and self._one_way:
+            part, held = left[0], knowledge.holding
+            if held is not None and held.type == part.item_type:
+                return float(row[self._index[part.at]]) + self._costs.manipulation * isinstance(part, Delivered)
+        places = [self._index[c] for c in self._searchable if c in self._index]
+        ends = [self._index[part.at] for part in left]
+        stand = [at for part in left for at in self._known_sites(part, knowledge)]
+        among = sorted({*places, *ends, *stand})
+        longest = float(self._metres[np.ix_(among, among)].max(initial=0.0)) if among else 0.0
+        if row is not None and among:
+            longest = max(longest, float(row[among].max()))
+        unseen = [c for c in self._searchable if c not in knowledge.first_seen and c in self._index]
+        in_view = [c for c in unseen if c in self._in_passing]
+        looks = unseen if not self._all_known(left, knowledge) else in_view
+        fetches = min(self.max_picks, len(left))
+        moves = len(looks) + 2 * fetches + walking
+        return moves * longest + self._costs.search * len(looks) + 2 * fetches * self._costs.manipulation
+
+    def _row_from(self, knowledge: Knowledge) -> Floats | None:
+        """Metres from where the robot is, also from a stop on its way, to every location."""
+        here = self._index.get(knowledge.robot_at)
+        if here is not None:
+            return self._metres[here]
+        if not knowledge.travel.reaches(knowledge.robot_at):
+            return None
+        return knowledge.travel.metres[knowledge.travel.index(knowledge.robot_at), : len(self._metres)]
 
     def _unmet_parts(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
         """The parts of the goal that are not met."""

@@ -11,7 +11,7 @@ from math import atan2, hypot
 
 import numpy as np
 
-from workbench.arrays import Bools, Ints32
+from workbench.arrays import Bools, Floats, Ints32
 from workbench.caches import PerObject
 from workbench.errors import BadValue, Malformed
 from workbench.tolerances import ROUNDING
@@ -62,6 +62,26 @@ class Navigation:
             return None
         start, end = self.standing[a].point, self.standing[b].point
         return _WAYS.of(self).get((a, b), lambda: self._find_way(start, end))
+
+    def way_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
+        """Corner points from a point of a path to a location, both ends included; None if there is no way."""
+        row, column = self.grid.cell_at(point)
+        rows, columns = self.free.shape
+        if location not in self.standing or not (
+            0 <= row < rows and 0 <= column < columns and self.free[row, column]
+        ):
+            return None
+        return self._find_way(point, self.standing[location].point)
+
+    def metres_from(self, point: Point) -> Floats:
+        """Travel costs in metres from a point of a path to every location; float64, shape (locations,)."""
+        from workbench.worlds.maps.shortest_paths import distances_from
+
+        columns = self.free.shape[1]
+        cells = (self.grid.cell_at(self.standing[at].point) for at in self.travel.locations)
+        flat = np.array([row * columns + column for row, column in cells], dtype=np.int64)
+        row, column = self.grid.cell_at(point)
+        return distances_from(self.free, row * columns + column, flat)[flat] * self.grid.resolution_m
 
     def _find_way(self, a: Point, b: Point) -> tuple[Point, ...]:
         from workbench.worlds.maps.shortest_paths import shortest_path

@@ -73,16 +73,27 @@ def occupancy_of(plan: FloorPlan, *, resolution_m: float = 0.1) -> OccupancyGrid
     Raises:
         BadValue: a resolution that is not positive, or a house beyond MAX_CELLS cells.
     """
+    grid = walls_of(plan, resolution_m=resolution_m)
+    occupied = np.array(grid.occupied)
+    for thing in (*plan.containers, *plan.furniture):
+        if thing.base_m < ROBOT_HEIGHT_M and thing.base_m + thing.size_m[2] > STEP_OVER_M:
+            distance, window = distance_to_box(grid, thing, reach_m=0.0)
+            occupied[window] |= distance <= 0
+    return OccupancyGrid(origin=grid.origin, resolution_m=resolution_m, occupied=occupied)
+
+
+def walls_of(plan: FloorPlan, *, resolution_m: float = 0.1) -> OccupancyGrid:
+    """The walls of a floor plan and everything outside its rooms, without furniture: what blocks the view.
+
+    Raises:
+        BadValue: as occupancy_of.
+    """
     grid = _empty_grid(plan, resolution_m)
     occupied = room_labels(plan, grid) < 0
     for wall in plan.walls:
         if not wall.empty:
             for start, end in solid_parts(wall, plan):
                 _draw_segment(occupied, grid, start, end)
-    for thing in (*plan.containers, *plan.furniture):
-        if thing.base_m < ROBOT_HEIGHT_M and thing.base_m + thing.size_m[2] > STEP_OVER_M:
-            distance, window = distance_to_box(grid, thing, reach_m=0.0)
-            occupied[window] |= distance <= 0
     return OccupancyGrid(origin=grid.origin, resolution_m=resolution_m, occupied=occupied)
 
 

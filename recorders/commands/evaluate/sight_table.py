@@ -1,0 +1,93 @@
+"""The table of `lios evaluate search --sees`: what seeing in passing saves, over the range of sight."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from workbench.evaluation.search.report import SearchRequest
+
+DEFAULT = "conditioned-lios"
+"""Whose searches are measured where all policies are named."""
+SHOWN = ("policy", "sees", "queries", "without", "seeing", "saved", "95 %", "oracle saves", "looks", "seeing looks")
+
+
+def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force: bool, json: bool) -> None:
+    """Run the searches with each sight radius, and print the curve.
+
+    Raises:
+        InputError: a radius, file, policy or estimator cannot be used, or the output exists.
+        Failed: there was nothing to search for.
+    """
+    import msgspec
+
+    from workbench.errors import Failed, OutputExists
+    from workbench.evaluation.search.experiment import policies_named
+    from workbench.evaluation.search.sight_curve import SightSearches, radii_named, seeing_searches, sight_rows
+    from workbench.evaluation.search.trials import ORACLE
+    from workbench.files import write_atomically
+    from workbench.search.costs import ActionCosts
+    from workbench.terminal import emit_json, progress
+
+    radii = radii_named(sees)
+    file = None if output is None else output / "sight.json"
+    if file is not None and file.exists() and not force:
+        raise OutputExists(file)
+    request.experiment()
+    everything = "all" in [name.lower() for name in request.policies]
+    named = policies_named((DEFAULT,) if everything else request.policies)
+    settings = SightSearches(
+        policies=tuple(name for name in named if name != ORACLE),
+        radii_m=radii,
+        estimator=request.estimator,
+        paper_estimator=request.paper_estimator,
+        asked=request.asked(),
+        costs=ActionCosts(search=request.search_cost),
+        seed=request.seed,
+    )
+    made = list(progress(seeing_searches(request.chosen_houses(), settings), title="Searching"))
+    costs = [cost for result in made for cost in result.costs]
+    skipped = [(result.house, result.skipped) for result in made if result.skipped]
+    if not costs:
+        raise Failed(f"no search was run: {skipped[0][1] if skipped else 'no house there has anything to find'}")
+    answer: dict[str, Any] = {
+        "rows": sight_rows(costs, seed=request.seed),
+        "file": str(request.file),
+        "split": request.split,
+        "estimator": request.estimator,
+        "seed": request.seed,
+        "skipped": [{"house": house, "reason": reason} for house, reason in skipped],
+    }
+    if file is not None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(file, msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
+    emit_json(answer) if json else _print(answer, file)
+
+
+def _print(answer: dict[str, Any], file: Path | None) -> None:
+    from workbench.evaluation.statistics import ends_in_words, intervals_in_words
+    from workbench.terminal import emit_table, say, signed_percentage
+
+    shown = [
+        {
+            "policy": row["policy"],
+            "sees": f"{row['sees_m']:g} m",
+            "queries": row["queries"],
+            "without": row["cost_without"],
+            "seeing": row["cost_seeing"],
+            "saved": signed_percentage(row["saved"]),
+            "95 %": ends_in_words(row["saved_ci95"], "+.1f", scale=100),
+            "oracle saves": signed_percentage(row["oracle_saves"]),
+            "looks": row["searches_without"],
+            "seeing looks": row["searches_seeing"],
+        }
+        for row in answer["rows"]
+    ]
+    emit_table(shown, columns=SHOWN, title=f"open furniture seen in passing ({answer['split']})")
+    if words := intervals_in_words(row["ci95_resamples"] for row in answer["rows"]):
+        say(words)
+    for skipped in answer["skipped"]:
+        say(f"left out: {skipped['house']}: {skipped['reason']}")
+    if file is not None:
+        say(f"Written to {file}")

@@ -1,0 +1,119 @@
+"""The parts of a tree of runs (run_tree.py): nodes, the segments between them, what they ask, and the ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from replayers.counterfactual.logged_world import Move
+from replayers.counterfactual.overlooked import PossibleContents
+from replayers.counterfactual.relevance import Answer
+from replayers.counterfactual.results import Assignment
+from workbench.execution.events import RunEnded, RunStatus
+from workbench.worlds.house import ContainerId, Item, ItemType
+from workbench.worlds.knowledge import Knowledge
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnfinishedWalk:
+    """A move of a robot that sees in passing, as far as it is known what came into view.
+
+    Attributes:
+        before: what the robot knows before it.
+        move: where it goes, and what it seeks.
+        told: what containers that came into view hold beyond the log; the robot does not know it yet.
+    """
+
+    before: Knowledge
+    move: Move
+    told: Mapping[ContainerId, tuple[Item, ...]] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def key(self) -> Hashable:
+        told = tuple((container, tuple(item.id for item in items)) for container, items in self.told.items())
+        return self.move.target, None if self.move.seeking is None else tuple(self.move.seeking), told
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnobservedLook:
+    """A look into an open container: the log does not hold what it reveals.
+
+    Attributes:
+        container: the container being searched.
+        live: the item types that still matter.
+        options: the answers that it can give, the empty one first.
+        others: whether it can give answers besides the options (relevance.MAX_ANSWERS).
+        knowledge: what the robot knows before the look.
+        possible: where looks may have missed, what it may hold beyond the log.
+        walk: the move on which the container came into view; None where the robot looked into it.
+    """
+
+    container: ContainerId
+    live: tuple[ItemType, ...]
+    options: tuple[Answer, ...]
+    others: bool
+    knowledge: Knowledge
+    possible: PossibleContents | None = None
+    walk: UnfinishedWalk | None = None
+
+    def allows(self, answer: Answer) -> bool:
+        if self.possible is not None:
+            return self.possible.allows(answer)
+        return self.others or answer in self.options
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Segment:
+    """One segment of a run, from a node to the next unobserved look or to the end of the run.
+
+    Attributes:
+        cost: its cost, including the unobserved look.
+        steps, picks: how many actions and picks it takes.
+        question: the look at which it stops; None at the end of the run.
+        ended: how the run ended; None at an unobserved look.
+        depends_on_beliefs: whether some decision in it depended on beliefs.
+    """
+
+    cost: float
+    steps: int
+    picks: int
+    question: UnobservedLook | None
+    ended: RunEnded | None
+    depends_on_beliefs: bool = True
+
+    @property
+    def done(self) -> bool:
+        return self.ended is not None and self.ended.status is RunStatus.DONE
+
+
+@dataclass(slots=True, eq=False)
+class Node:
+    """A state of knowledge in the run tree. Steps, picks and cost count from the start, by the first path to it.
+
+    imputed: an open container was searched on the way here, so that beliefs which depend on every observation are
+    unknown from here on. walk: the move that the robot is on; knowledge then holds what it will have seen of the
+    containers that came into view, from where it set out.
+    """
+
+    knowledge: Knowledge
+    walk: UnfinishedWalk | None = None
+    imputed: bool = False
+    steps: int = 0
+    picks: int = 0
+    cost: float = 0.0
+    segment: Segment | None = None
+    children: dict[Answer, Node] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Leaf:
+    """The end of a run in all worlds that answer as `filled` says; cost is the charged cost."""
+
+    filled: tuple[Assignment, ...]
+    cost: float
+    own_cost: float
+    status: RunStatus
+
+
+Choose = Callable[[UnobservedLook], Answer]

@@ -1,0 +1,123 @@
+"""`lios record --sees`: what is seen in passing is in the log and known at once; without it nothing changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from recorders.record_run import record
+from replayers.doctor.examine import examine
+from replayers.mcap_io.reader import messages
+from replayers.runs.run import read
+from replayers.runs.state_at import moment_of
+from workbench.cli import run as lios
+from workbench.errors import Malformed
+from workbench.execution.events import RunStatus
+from workbench.log_schema.sight_json import sight_from_settings
+from workbench.worlds.maps.navigation import navigate
+from workbench.worlds.sight.lines_of_sight import LinesOfSight
+from workbench.worlds.sight.sightings import stop_point
+
+
+def recorded(path: Path, **options: object) -> Path:
+    chosen = {"house": "houses:3", "find": "book", "estimator": "counts", "force": True, **options}
+    end = record(path, **chosen)  # type: ignore[arg-type]
+    assert end.status is RunStatus.DONE
+    return path
+
+
+def _said(path: Path) -> list[tuple[str, bytes]]:
+    return [(m.topic, m.data) for m in messages(path) if "timing" not in m.topic]
+
+
+def test_the_same_radius_gives_the_same_and_none_changes_nothing(tmp_path: Path) -> None:
+    one, same, none, plain = (
+        _said(recorded(tmp_path / f"{i}.mcap", **options))
+        for i, options in enumerate(({"sees": 2.5}, {"sees": 2.5}, {"sees": 0.0}, {}))
+    )
+    assert one == same != plain
+    assert none == plain
+    assert not any(b'"passing"' in data for topic, data in plain if topic == "/search/observation")
+    run = read(tmp_path / "3.mcap")
+    assert "sight" not in run.settings
+    assert sight_from_settings(run.settings) == 0.0
+
+
+def test_sightings_are_told_with_their_viewpoint_and_hold_what_is_there(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "run.mcap", sees=4.0)
+    run = read(path, with_truth=True)
+    assert run.truth is not None
+    assert sight_from_settings(run.settings) == 4.0
+    lines = LinesOfSight(run.place.plan, 4.0)
+    passed = [o for o in run.observations if o.passing is not None]
+    assert any(o.known_at_start for o in passed)
+    assert any(not o.known_at_start for o in passed)
+    for seen in passed:
+        assert seen.passing is not None
+        assert seen.passing.how == "in passing"
+        x_m, y_m, _ = seen.passing.viewpoint
+        container = next(c for c in run.place.plan.containers if c.id == seen.container)
+        assert lines.sees(container, (x_m, y_m))
+        assert seen.items == run.truth.contents[seen.container]
+    assert len({o.container for o in run.observations}) == len(run.observations)
+
+
+def test_the_robot_stops_decides_anew_and_saves_way(tmp_path: Path) -> None:
+    blind = read(recorded(tmp_path / "blind.mcap"))
+    path = recorded(tmp_path / "run.mcap", sees=2.5)
+    run = read(path)
+    stops = [a for a in run.actions if stop_point(a.target) is not None]
+    assert stops
+    for stop in stops:
+        assert stop.path[-1] == pytest.approx(stop_point(stop.target), abs=1e-3)
+        later = next(plan for plan in run.plans if plan.decision == stop.decision + 1)
+        assert later.robot_at == stop.target
+        assert later.reason.startswith("saw ")
+        view = moment_of(run, later.decision).view
+        assert view.knowledge.robot_at == stop.target
+        assert view.knowledge.travel.reaches(view.knowledge.robot_at)
+        assert view.belief.containers == view.knowledge.unsearched
+    assert run.outcome is not None
+    assert blind.outcome is not None
+    assert run.outcome.cost < blind.outcome.cost
+    assert examine(path).verdict == "fine"
+
+
+def test_tasks_of_several_items_are_done_and_fine(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "run.mcap", house="houses:4", find="", scenario="deliver-3", sees=2.5)
+    run = read(path)
+    assert any(o.passing is not None and not o.known_at_start for o in run.observations)
+    travel = navigate(run.place.plan).travel
+    for action in run.actions:
+        assert travel.reaches(action.target) or stop_point(action.target) is not None  # type: ignore[arg-type]
+    assert examine(path).verdict == "fine"
+
+
+@pytest.mark.parametrize("radius", ["-1", "nan", "1000"])
+def test_bad_radii_are_refused(tmp_path: Path, radius: str, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "x.mcap"
+    assert lios(["record", "--find", "mug", "--sees", radius, "-o", str(path)]) == 2
+    assert "--sees" in capsys.readouterr().err
+    assert not path.exists()
+
+
+def test_sight_with_misses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "x.mcap"
+    assert lios(["record", "--find", "mug", "--sees", "2", "--miss-rate", "0.1", "-o", str(path)]) == 2
+    assert "without --miss-rate" in capsys.readouterr().err
+    assert not path.exists()
+
+
+def test_sight_in_a_site_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "x.mcap"
+    site = "paper_home"
+    assert lios(["record", "--house", site, "--find", "cell phone", "--sees", "2", "-o", str(path)]) == 2
+    assert "not for a surveyed site" in capsys.readouterr().err
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("stored", [{"radius_m": -1.0}, {"radius_m": "far"}, 3])
+def test_settings_that_name_no_radius_are_malformed(stored: object) -> None:
+    with pytest.raises(Malformed, match="sight"):
+        sight_from_settings({"sight": stored})

@@ -1,0 +1,264 @@
+"""Ways of a robot that sees open furniture in passing: what comes into view where, and where it stops for it.
+
+Shared by the simulated world and by replay, which must agree: both work it out from the floor plan and the ways.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import atan2, ceil, hypot, isfinite
+from typing import Protocol, final
+
+import numpy as np
+
+from workbench.arrays import Floats
+from workbench.tolerances import ROUNDING
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import START, ContainerId, FloorPlan, Item, ItemType, LocationId
+from workbench.worlds.sight.lines_of_sight import LinesOfSight, checked_radius
+from workbench.worlds.travel import Paths, TravelCosts
+
+STEP_M = 0.1
+"""Distance in metres between the points of a way from which the robot looks: the cells of the occupancy grid."""
+
+ON_THE_WAY = "on the way"
+"""What the id of a location begins with that is no container, but a point at which the robot stopped."""
+
+
+def stop_point(location: str) -> Point | None:
+    """Where the robot stopped on its way, in metres, by the id of the location; None for any other location."""
+    kind, *numbers = location.split("|")
+    if kind != ON_THE_WAY or len(numbers) != 2:
+        return None
+    try:
+        x_m, y_m = float(numbers[0]), float(numbers[1])
+    except ValueError:
+        return None
+    return (x_m, y_m) if isfinite(x_m) and isfinite(y_m) else None
+
+
+class Ways(Paths, Protocol):
+    """Ways between locations, and from any point of one."""
+
+    def way_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
+        """Corner points from a point of a way to a location, both ends included; None if there is no way."""
+        ...
+
+    def metres_from(self, point: Point) -> Floats:
+        """Travel costs in metres from a point of a way to every reachable location, in the order of the costs."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sighting:
+    """A container comes into view.
+
+    Attributes:
+        viewpoint: where the robot is, facing along its way.
+        along_m: metres walked on this way before.
+    """
+
+    container: ContainerId
+    viewpoint: Pose
+    along_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Walk:
+    """A walk as far as it went.
+
+    Attributes:
+        end: where it ended: its goal, or the point at which the robot stopped.
+        metres: its length.
+        path: its corner points.
+        seen: what came into view for the first time, with what was there.
+    """
+
+    end: LocationId
+    metres: float
+    path: tuple[Point, ...]
+    seen: tuple[tuple[Sighting, tuple[Item, ...]], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnknownSight:
+    """A container comes into view, and nobody can tell what it shows."""
+
+    container: ContainerId
+
+
+@final
+class PassingWays:
+    """The ways of one place with what comes into view on each; every way is worked out once. Implements Paths.
+
+    Containers that the robot cannot stand at are left out: it could fetch nothing from them.
+
+    Args:
+        travel: travel costs between all locations.
+        radius_m: how far the robot sees, in metres.
+
+    Raises:
+        BadValue: no sight radius.
+    """
+
+    def __init__(self, plan: FloorPlan, travel: TravelCosts, ways: Ways, radius_m: float) -> None:
+        self.radius_m = radius_m
+        self._lines = LinesOfSight(plan, radius_m)
+        self._open = tuple(c for c in self._lines.open if travel.reaches(LocationId(c.id)))
+        self._travel = travel
+        self._ways = ways
+        self._stops: dict[LocationId, Pose] = {}
+        self._travels: dict[LocationId, TravelCosts] = {}
+        self._paths: dict[tuple[LocationId, LocationId], tuple[Point, ...] | None] = {}
+        self._along: dict[tuple[LocationId, LocationId], tuple[Sighting, ...]] = {}
+
+    @property
+    def open(self) -> tuple[ContainerId, ...]:
+        """The containers that can be seen in passing, in the plan's order."""
+        return tuple(c.id for c in self._open)
+
+    def standing_pose(self, location: LocationId) -> Pose | None:
+        return self._stop(location) or self._ways.standing_pose(location)
+
+    def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
+        if (a, b) not in self._paths:
+            stop = self._stop(a)
+            self._paths[a, b] = self._ways.path(a, b) if stop is None else self._ways.way_from(stop.point, b)
+        return self._paths[a, b]
+
+    def travel_from(self, location: LocationId) -> TravelCosts:
+        """The travel costs, with those from a location that is a point on a way."""
+        stop = self._stop(location)
+        if stop is None:
+            return self._travel
+        if location not in self._travels:
+            self._travels[location] = _with_point(self._travel, location, self._ways.metres_from(stop.point))
+        return self._travels[location]
+
+    def at_start(self) -> tuple[Sighting, ...]:
+        """What the robot sees from its start pose."""
+        pose = self._ways.standing_pose(START)
+        if pose is None:
+            return ()
+        seen = (c for c in self._open if self._lines.sees(c, pose.point))
+        return tuple(Sighting(container=c.id, viewpoint=pose, along_m=0.0) for c in seen)
+
+    def along(self, a: LocationId, b: LocationId) -> tuple[Sighting, ...]:
+        """What comes into view on the way from a to b, both ends included, in order."""
+        if (a, b) not in self._along:
+            self._along[a, b] = self._found_along(self.path(a, b) or (), self.standing_pose(b))
+        return self._along[a, b]
+
+    def walk(
+        self,
+        a: LocationId,
+        b: LocationId,
+        *,
+        seeking: Collection[ItemType] | None,
+        known: Collection[ContainerId],
+        shows: Callable[[ContainerId], tuple[Item, ...] | None],
+    ) -> Walk | UnknownSight | None:
+        """Walk from a towards b; None if there is no way.
+
+        A robot that goes to look into b stops where b comes into view, or an item that it seeks does.
+
+        Args:
+            seeking: the item types sought by a robot that goes to look into b; None for one that goes there for
+                another reason, which does not stop.
+            known: containers that are known already, or never to be.
+            shows: what a container shows that comes into view; None where nobody can tell.
+        """
+        metres, path = self.travel_from(a).between(a, b), self.path(a, b)
+        if metres is None or path is None:
+            return None
+        seen: list[tuple[Sighting, tuple[Item, ...]]] = []
+        stop: Sighting | None = None
+        for sighting in self.along(a, b):
+            if stop is not None and sighting.along_m > stop.along_m + ROUNDING:
+                break
+            if sighting.container in known:
+                continue
+            items = shows(sighting.container)
+            if items is None:
+                return UnknownSight(container=sighting.container)
+            seen.append((sighting, items))
+            wanted = seeking is not None and (sighting.container == b or any(item.type in seeking for item in items))
+            if stop is None and wanted and sighting.along_m < metres - ROUNDING:
+                stop = sighting
+        if stop is None:
+            return Walk(end=b, metres=metres, path=path, seen=tuple(seen))
+        return Walk(
+            end=self._stop_at(stop.viewpoint),
+            metres=stop.along_m,
+            path=_up_to(path, stop.along_m, stop.viewpoint.point),
+            seen=tuple(seen),
+        )
+
+    def _stop(self, location: LocationId) -> Pose | None:
+        """The pose of a stop; None for any other location."""
+        point = None if location in self._stops else stop_point(location)
+        if point is not None:
+            self._stops[location] = Pose(x_m=point[0], y_m=point[1])
+        return self._stops.get(location)
+
+    def _stop_at(self, pose: Pose) -> LocationId:
+        """The location of a stop, named by its coordinates in metres."""
+        name = LocationId(f"{ON_THE_WAY}|{pose.x_m:.3f}|{pose.y_m:.3f}")
+        self._stops.setdefault(name, pose)
+        return name
+
+    def _found_along(self, way: Sequence[Point], end: Pose | None) -> tuple[Sighting, ...]:
+        left = list(self._open)
+        seen: list[Sighting] = []
+        for pose, along_m in _poses(way, end):
+            now = [c for c in left if self._lines.sees(c, pose.point)]
+            seen += [Sighting(container=c.id, viewpoint=pose, along_m=along_m) for c in now]
+            left = [c for c in left if c not in now]
+        return tuple(seen)
+
+
+def passing_ways(plan: FloorPlan, travel: TravelCosts, ways: Ways, radius_m: float) -> PassingWays | None:
+    """The ways of a robot with a sight radius; None for one that sees nothing in passing (0).
+
+    Raises:
+        BadValue: no sight radius.
+    """
+    return PassingWays(plan, travel, ways, radius_m) if checked_radius(radius_m) else None
+
+
+def _with_point(travel: TravelCosts, location: LocationId, row: Floats) -> TravelCosts:
+    """Travel costs with one more location, the last."""
+    n = len(travel.locations)
+    metres = np.zeros((n + 1, n + 1))
+    metres[:n, :n] = travel.metres
+    metres[n, :n] = metres[:n, n] = row
+    return TravelCosts(locations=(*travel.locations, location), metres=metres, unreachable=travel.unreachable)
+
+
+def _poses(way: Sequence[Point], end: Pose | None) -> Iterator[tuple[Pose, float]]:
+    """Poses along a way, a cell apart and the corners among them, each with the metres before it."""
+    walked = 0.0
+    for a, b in pairwise(way):
+        yaw, length = atan2(b[1] - a[1], b[0] - a[0]), hypot(b[0] - a[0], b[1] - a[1])
+        steps = max(1, ceil((max(abs(b[0] - a[0]), abs(b[1] - a[1])) - ROUNDING) / STEP_M))
+        for step in range(steps):
+            share = step / steps
+            at = (a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share)
+            yield Pose(x_m=at[0], y_m=at[1], yaw_rad=yaw), walked + length * share
+        walked += length
+    if way:
+        yaw = 0.0 if end is None else end.yaw_rad
+        yield Pose(x_m=way[-1][0], y_m=way[-1][1], yaw_rad=yaw), walked
+
+
+def _up_to(way: Sequence[Point], along_m: float, point: Point) -> tuple[Point, ...]:
+    """The corners of a way before a point of it, and the point."""
+    kept, walked = [way[0]], 0.0
+    for a, b in pairwise(way):
+        walked += hypot(b[0] - a[0], b[1] - a[1])
+        if walked >= along_m - ROUNDING:
+            break
+        kept.append(b)
+    return (*kept, point)
