@@ -191,13 +191,8 @@ def evidence_of(run: Run) -> Evidence:
         PartOfRun: one of several parts of a run.
         StartUnknown: what the robot knew at the start is missing.
     """
-    if run.task.goal == AllOf(parts=()):
-        raise NoTaskAttempted(run)
     gaps = gaps_of(run)
-    if run.part and (run.part != "0" or not run.complete or gaps.lost):
-        raise PartOfRun(run)
-    if gaps.start.kind is not StartKnowledge.KNOWN:
-        raise StartUnknown(run, gaps.start.message)
+    _require_whole_task(run, gaps)
     containers = tuple(c.id for c in run.place.plan.containers)
     seen = tuple(o for o in run.observations if _is_certain(o, gaps))
     contents, odd = contents_at_start(seen, run.actions, containers)
@@ -239,6 +234,15 @@ def evidence_of(run: Run) -> Evidence:
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(*_gap_notes(run, gaps, len(run.observations) - len(seen)), *_imagined(imputed), *oddities),
     )
+
+
+def _require_whole_task(run: Run, gaps: Gaps) -> None:
+    if run.task.goal == AllOf(parts=()):
+        raise NoTaskAttempted(run)
+    if run.part and (run.part != "0" or not run.complete or gaps.lost):
+        raise PartOfRun(run)
+    if gaps.start.kind is not StartKnowledge.KNOWN:
+        raise StartUnknown(run, gaps.start.message)
 
 
 def _known_at_start(run: Run, contents: Contents) -> Contents:
