@@ -70,7 +70,6 @@ CROSS_CUTTING_TESTS = {
     "test_abandoned_drafts": "every writer of drafts",
     "test_all_layouts": "every reader of logs",
     "test_import_evidence": "importing, as far as replays",
-    "test_evaluations_on_dask": "every evaluation that takes --scheduler",
 }
 """Tests of no one module; those of documents and of the package as shipped stand in tests/docs."""
 
