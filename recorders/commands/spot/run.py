@@ -45,10 +45,10 @@ def run(
         "frontleft_fisheye_image,frontright_fisheye_image"
     ),
     furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
+        bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before the run.")
     ] = False,
     resume: Annotated[
-        bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
+        bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")
     ] = False,
     memory: MemoryLogs = None,
     rates: MoveRatesFile = None,
@@ -63,9 +63,10 @@ def run(
 ) -> None:
     """Run a task on a Spot and record it; the lease is always returned.
 
-    Keys: space or s stops the robot and ends the run, p lets it stand and g go on, k skips the container at hand, i
-    says that an item is there, n marks the moment. A line tells battery, localisation, link, tags and what is next.
-    Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by itself.
+    Keys: space or s stops the robot and ends the run, p pauses it and g lets it go on, k skips the container at hand,
+    i says that an item is there, n marks the moment. A status line shows battery, localisation, link, tags and what
+    is next. Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by
+    itself.
 
     Examples:
 
