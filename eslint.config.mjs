@@ -2,11 +2,12 @@
 const browser = [
   "AbortController", "Blob", "DecompressionStream", "MutationObserver", "OffscreenCanvas", "ResizeObserver", "Response",
   "URL", "URLSearchParams", "VideoEncoder", "VideoFrame", "addEventListener", "atob", "btoa", "clearTimeout", "console",
-  "document", "Event", "history", "HTMLInputElement", "PointerEvent", "location", "navigator", "performance", "requestAnimationFrame",
+  "document", "Event", "history", "HTMLInputElement", "PointerEvent", "location", "matchMedia", "navigator", "performance", "requestAnimationFrame",
   "sessionStorage", "setInterval", "setTimeout", "window",
 ];
 const ours = [
   "liosRenderer", "liosCamera", "liosUpper", "liosInterpolate", "liosClock", "liosRibbon", "liosPlaceLabels", "liosPaint",
+  "liosTheme", "liosScaleBar",
 ];
 
 export default [

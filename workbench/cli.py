@@ -35,7 +35,7 @@ PANELS: dict[str, tuple[str, ...]] = {
 """The help group of each command; plug-in commands are listed under "More"."""
 
 ORDER_WITHIN: dict[str, tuple[str, ...]] = {
-    "evaluate": ("belief", "search", "tasks", "solvers", "replay", "select", "spot"),
+    "evaluate": ("belief", "search", "tasks", "solvers", "replay", "select", "perception", "spot"),
     "log": ("cat", "filter", "merge", "split", "compact", "convert", "note"),
     "houses": ("generate", "info", "stats"),
     "site": ("check", "from-log", "from-graph-nav"),
@@ -45,7 +45,7 @@ ORDER_WITHIN: dict[str, tuple[str, ...]] = {
 """The order of commands in a group's help: the order of use. Plug-in commands come last."""
 
 GROUP_HELP = {
-    "evaluate": "Measure beliefs, search policies, planners, solvers, replay, selection, Spot runs.",
+    "evaluate": "Measure beliefs, search policies, planners, solvers, replay, selection, perception, Spot runs.",
     "log": "Container tools: cat, filter, merge, split, compact, convert, note.",
     "houses": "Generate, inspect and compare houses.",
     "new": "Write a file to start from: planner, policy, estimator, house, site.",

@@ -52,7 +52,11 @@ LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 PARTS = (
     "panels/panels.js",
-    *(f"capsule/page/{name}.js" for name in ("renderer", "clock", "ribbon", "labels", "painting", "player", "film")),
+    "panels/help.js",
+    *(
+        f"capsule/page/{name}.js"
+        for name in ("renderer", "clock", "ribbon", "labels", "painting", "theme", "player", "film")
+    ),
 )
 SHEETS = ("panels/panels.css", "capsule/page/page.css")
 

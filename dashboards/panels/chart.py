@@ -65,7 +65,7 @@ def chart(
     )
     rules = Markup("").join(
         html(
-            '<line x1="0" x2="{}" y1="{:.1f}" y2="{:.1f}" stroke="#e6e8eb" vector-effect="non-scaling-stroke"/>',
+            '<line x1="0" x2="{}" y1="{:.1f}" y2="{:.1f}" class="grid" vector-effect="non-scaling-stroke"/>',
             WIDE,
             _y(s),
             _y(s),

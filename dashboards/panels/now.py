@@ -19,6 +19,7 @@ from workbench.worlds.names import readable_name
 
 DARK_PHASES = ("searching", "manipulating")
 """Phases whose colour has white words on it."""
+COST_HINT = "Spent so far: 1 for each metre walked, and what searches, picks and other actions cost"
 MAX_TASK_CHARS = 300
 """Characters of a task that are shown."""
 
@@ -55,13 +56,14 @@ def now(scene: Scene) -> Markup:
     """The moment: what the robot does and why, and the cost so far."""
     remaining = number(scene.expected_cost)
     figures = (
-        (number(scene.cost), "cost so far", Markup(' data-live="cost"')),
-        (remaining, "plan expected", ""),
-        (number(scene.travel_m) + " m", "walked", Markup(' data-live="walked"')),
-        (str(scene.searches), "searched", ""),
+        (number(scene.cost), "cost so far", Markup(' data-live="cost"'), COST_HINT),
+        (remaining, "plan expected", "", "Expected cost of the plan in force, from its decision to the goal"),
+        (number(scene.travel_m) + " m", "walked", Markup(' data-live="walked"'), "Metres along the path"),
+        (str(scene.searches), "searched", "", "Containers that the run has looked into"),
     )
     cells = Markup("").join(
-        html("<div><b{}>{}</b><span>{}</span></div>", live, value, label) for value, label, live in figures
+        html('<div title="{}"><b{}>{}</b><span>{}</span></div>', hint, live, value, label)
+        for value, label, live, hint in figures
     )
     holding = html(" · holding {}", readable_name(scene.robot.holding)) if scene.robot.holding else ""
     phase = chip(scene.phase, PHASES.get(scene.phase, "#ddd"), dark=scene.phase in DARK_PHASES)
@@ -157,7 +159,7 @@ def _line(kind: str, words: str) -> Markup:
     """A line as paths are drawn: whole, dashed, or in short dashes."""
     dashes = {"whole": "", "dashed": "6 4", "short": "3 3"}[kind]
     return html(
-        '<span><svg class="key" width="24" height="8"><line x1="1" x2="23" y1="4" y2="4" stroke="#4a4f57" '
+        '<span><svg class="key" width="24" height="8"><line x1="1" x2="23" y1="4" y2="4" class="mark" '
         'stroke-width="2" stroke-dasharray="{}"/></svg>{}</span>',
         dashes,
         words,

@@ -11,6 +11,11 @@ from workbench.tolerances import NEAR_COST
 
 MARKS = {"done": "✓", "current": "▶", "next": "○"}
 MAX_STEPS = 60
+HINTS = {
+    "P(there)": "Probability that the item is in this container",
+    "P(reached)": "Probability that the search goes on so far, the item not being found before",
+    "leg m": "Metres from the stop before it",
+}
 
 
 def plan(scene: Scene) -> Markup:
@@ -47,7 +52,7 @@ def _order(scene: Scene) -> Markup:
     ]
     head = ("#", "container", "P(there)", "P(reached)", "leg m")
     return Markup("<h3>Intended order of search</h3>") + table(
-        head, rows, key="order", classes=("n", "", "n", "n", "n")
+        head, rows, key="order", classes=("n", "", "n", "n", "n"), hints=HINTS
     )
 
 

@@ -58,7 +58,7 @@ def scatter(rows: Sequence[RunRow], first: str, second: str) -> Markup:
     tasks = "task" if len(found) == 1 else "tasks"
     return html(
         '<div class="lp"><svg width="{}" height="{}" role="img"><line x1="{}" y1="{}" x2="{}" '
-        'y2="{}" stroke="#c9cdd3"/>{}<text x="{}" y="{}" text-anchor="middle">cost of {}</text>'
+        'y2="{}" class="grid"/>{}<text x="{}" y="{}" text-anchor="middle">cost of {}</text>'
         '<text x="9" y="{}" text-anchor="middle" transform="rotate(-90 9 {})">cost of {}'
         "</text>{}</svg><p>{} {}: {} costs {} than {} on average; it is cheaper in {} and more "
         'expensive in {}.</p><p class="muted">Under the line the second is cheaper; red square: one '

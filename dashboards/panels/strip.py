@@ -46,9 +46,7 @@ def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence
         for stamp in timeline.decision_ns[:: max(1, len(timeline.decision_ns) // MAX_PHASES)]:
             x = _x(clock.reading(stamp, run=row) / end)
             parts.append(
-                html(
-                    '<line x1="{:.3f}%" x2="{:.3f}%" y1="{}" y2="{}" stroke="#23262b"/>', x, x, y - 2, y + row_px - 3
-                )
+                html('<line x1="{:.3f}%" x2="{:.3f}%" y1="{}" y2="{}" class="mark"/>', x, x, y - 2, y + row_px - 3)
             )
         for note in (notes[row] if row < len(notes) else ())[:MAX_NOTES]:
             parts.append(_note(_x(clock.reading(note.start_ns, run=row) / end), y + row_px, note))
@@ -78,8 +76,7 @@ def _note(x: float, bottom: int, note: Note) -> Markup:
     """A triangle at the time that a note is about."""
     who = f"{note.author}: " if note.author else ""
     return html(
-        '<text x="{:.3f}%" y="{}" text-anchor="middle" style="fill:#111;stroke:#fff;stroke-width:3px;'
-        'paint-order:stroke;font-size:12px">▼<title>{}</title></text>',
+        '<text x="{:.3f}%" y="{}" text-anchor="middle" class="note">▼<title>{}</title></text>',
         x,
         bottom - 5,
         text(f"{who}{note.text}"[:MAX_NOTE_CHARS]),
@@ -115,7 +112,7 @@ def _x(share: float) -> float:
 def _phase(shares: tuple[float, float], y: int, row_px: int, phase: Phase) -> Markup:
     x, width = _x(shares[0]), max(_x(shares[1]) - _x(shares[0]), 0.06)
     dashed = (
-        Markup(' fill-opacity="0.45" stroke="#23262b" stroke-dasharray="3 2" stroke-width="0.6"')
+        Markup(' fill-opacity="0.45" class="mark" stroke-dasharray="3 2" stroke-width="0.6"')
         if phase.support == "imputed"
         else ""
     )
@@ -139,7 +136,7 @@ def _axis(end: float, unit: str, height: int) -> Markup:
     at = 0.0
     while at <= end * 1.0001:
         x = _x(at / end)
-        marks.append(html('<line x1="{:.2f}%" x2="{:.2f}%" y1="10" y2="{}" stroke="#e3e5e8"/>', x, x, height))
+        marks.append(html('<line x1="{:.2f}%" x2="{:.2f}%" y1="10" y2="{}" class="grid"/>', x, x, height))
         label = f"{at:g}{' ' + unit if unit and not at else ''}"
         anchor = "" if x < LAST_LABEL else Markup(' text-anchor="end"')
         marks.append(html('<text x="{:.2f}%" y="9"{}>{}</text>', x, anchor, label))

@@ -42,12 +42,15 @@
     attributeFilter: ["aria-selected"],
   });
   const asked = window.location.search;
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const scheme = () => "scheme=" + (system.matches ? "dark" : "light");
+  system.addEventListener("change", () => window.liosCommand("address ?" + scheme()));
   const wanted = new URLSearchParams(asked).get("tab");
   let tries = 0;
   const arrive = () => {
     if (field() && front() >= 0) {
       if (tabs().some((t) => t.textContent.trim() === wanted)) window.liosTab(wanted);
-      window.liosCommand("address " + asked);
+      window.liosCommand(`address ${asked || "?"}&${scheme()}`);
     } else if (tries++ < 600) setTimeout(arrive, 100);
   };
   arrive();

@@ -20,7 +20,8 @@ from dashboards.viser_app.session import Session
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from workbench.errors import BadValue
 
-SCRIPTS = ("panels/panels.js", "viser_app/bridge.js", "viser_app/dock.js")
+SCRIPTS = ("panels/panels.js", "panels/help.js", "viser_app/bridge.js", "viser_app/dock.js")
+THEMES = ("light", "dark")
 WALLS = ("cut", "whole", "none")
 MAX_FIELDS = 40
 """The most fields of an address; none of ours has as many."""
@@ -45,6 +46,12 @@ def update_address(query: str) -> Markup:
     return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
 
 
+def scale_bar(width_px: float, words: str) -> Markup:
+    """Markup that shows a bar of a width and what length it is in the view's corner."""
+    code = f"window.liosScale({width_px:.1f},{dumps(words)})"
+    return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
+
+
 def choose_tab(label: str, count: int) -> Markup:
     """Markup that brings a tab to the front, each time that the count differs."""
     code = f"window.liosTab({dumps(label)})/*{count}*/"
@@ -64,6 +71,8 @@ def address(state: ViewState, camera: viser.CameraHandle | None) -> str:
         words["truth"] = "1"
     if state.walls != "cut":
         words["walls"] = state.walls
+    if state.theme:
+        words["theme"] = state.theme
     if state.follow:
         words["follow"] = "1"
     if camera is not None and camera.image_height:
@@ -97,6 +106,10 @@ def parse_query(query: str, *, runs: int) -> dict[str, Any]:
         changes["alignment"] = words["clock"]
     if words.get("walls") in WALLS:
         changes["walls"] = words["walls"]
+    if words.get("theme") in THEMES:
+        changes["theme"] = words["theme"]
+    if words.get("scheme") in THEMES:
+        changes["system_theme"] = words["scheme"]
     if "item" in words:
         changes["focus"] = words["item"]
     if "container" in words:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from math import cos, radians, sin, tan
+from math import cos, floor, inf, log10, radians, sin, tan
 
 import numpy as np
 import viser
@@ -20,6 +20,8 @@ TALL_M = 1.2
 """Assumed height of what stands in a house."""
 MARKS_M = 1.35
 """Height above a container (its bar, its number) that must be visible as well."""
+BAR_PX = 110
+"""The scale bar's length in pixels, at most."""
 Vector = tuple[float, float, float]
 
 
@@ -87,6 +89,19 @@ def behind(robot: RobotState) -> CameraPose:
 def close_to(x_m: float, y_m: float) -> CameraPose:
     """A pose that looks at one place in the house from nearby."""
     return CameraPose((x_m - 0.9, y_m - 3.0, 3.8), (x_m, y_m, 0.6))
+
+
+def scale_of(camera: viser.CameraHandle) -> tuple[float, str] | None:
+    """A bar's width in pixels and its round length in words, true in the middle of the picture; None without one."""
+    if not camera.image_height:
+        return None
+    away_m = float(np.linalg.norm(np.subtract(camera.position, camera.look_at)))
+    metres_a_pixel = 2 * away_m * tan(camera.fov / 2) / camera.image_height
+    if not 0 < metres_a_pixel < inf:
+        return None
+    power = 10.0 ** floor(log10(BAR_PX * metres_a_pixel))
+    metres = max(m * power for m in (1, 2, 5) if m * power <= BAR_PX * metres_a_pixel)
+    return metres / metres_a_pixel, f"{round(100 * metres)} cm" if metres < 1 else f"{metres:g} m"
 
 
 def begin_at(server: viser.ViserServer, pose: CameraPose) -> None:

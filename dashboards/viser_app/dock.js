@@ -13,6 +13,14 @@
     root.setProperty("--lios-right", `${all.right - free.right}px`);
     root.setProperty("--lios-dock", `${timeline.getBoundingClientRect().height}px`);
   }
+  const scale = document.querySelector(".lios-scale") || document.createElement("div"); // this may run again
+  scale.className = "lios-scale";
+  scale.title = "True to scale in the middle of the picture";
+  window.liosScale = (px, words) => {
+    scale.style.width = `${px}px`;
+    scale.textContent = words;
+    if (canvas && scale.parentElement !== canvas) canvas.append(scale);
+  };
   function find() {
     if (!canvas?.isConnected || !timeline?.isConnected) {
       const picture = [...document.querySelectorAll("canvas")].find((c) => c.clientWidth > 300);
@@ -20,6 +28,7 @@
       timeline = document.querySelector(".lios-timeline")?.closest(".mantine-Paper-root") ?? null;
       if (canvas && timeline) {
         canvas.classList.add("lios-canvas");
+        if (scale.textContent) canvas.append(scale);
         watch.disconnect();
         [canvas, timeline].forEach((part) => watch.observe(part));
         place();

@@ -24,6 +24,9 @@ class ViewState:
     truth: bool = False
     """Shows the true contents of that container, where the log holds them."""
     walls: str = "cut"
+    theme: str = ""
+    """Light or dark; "" follows the system's preference, as the page told it."""
+    system_theme: str = "light"
     playing: bool = False
     speed: float = 1.0
     loop: bool = False

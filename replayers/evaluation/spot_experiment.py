@@ -40,6 +40,7 @@ class SpotExperiment:
         estimator: estimator of our strategies and plug-ins; paper_estimator: of the paper's strategies.
         images_hz: pictures per second; the shipped logs have few.
         raw: also log bosdyn's messages as received, and a depth camera, which viewers show from those.
+        miss_rate: what the robot's detector misses from nearby (MissedTags); None for nothing that is in view.
     """
 
     site: Site
@@ -52,6 +53,7 @@ class SpotExperiment:
     seed: int = 0
     images_hz: float = 0.03
     raw: bool = True
+    miss_rate: float | None = None
     force: bool = False
 
     def estimator_of(self, strategy: str) -> str:
@@ -175,6 +177,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
     from recorders.spot.client.time_source import SteppedClock
     from recorders.spot.run.operator import AgreeingOperator
     from recorders.spot.run.run import RobotRun, run_and_record
+    from recorders.spot.simulated.missed_tags import MissedTags
     from recorders.spot.simulated.session import simulated_robot
     from workbench.errors import OutputExists
 
@@ -194,7 +197,10 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
         own_estop=True,
         title=f"configuration {configuration.name}: {experiment.task.title}",
     )
-    with simulated_robot(site, house, clock=SteppedClock(), seed=experiment.seed) as (_robot, connection):
+    with simulated_robot(site, house, clock=SteppedClock(), seed=experiment.seed) as (robot, connection):
+        if experiment.miss_rate is not None:
+            with robot.state.alive() as state:
+                state.missed_tags = MissedTags(rate=experiment.miss_rate, seed=experiment.seed)
         report = run_and_record(connection, run, log, operator=AgreeingOperator(), force=experiment.force)
     paper = configuration.paper.get(strategy)
     ended: RunEnded = report.ended

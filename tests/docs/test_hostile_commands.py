@@ -37,6 +37,8 @@ WRONG = (
     "evaluate search --workers 0",
     "evaluate replay --strategies ''",
     "evaluate replay --strategies nope,lios",
+    "evaluate perception nowhere.mcap",
+    "evaluate perception logs --by colour",
     "evaluate replay --strategies lios",
     "evaluate replay --scenarios nope",
     "evaluate spot --strategies ''",

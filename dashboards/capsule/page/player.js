@@ -7,6 +7,8 @@
   for (const run of runs) run.imputedSet = new Set(run.imputed);
   const state = { at: 0, playing: false, speed: 1, loop: false, clock: "time", follow: false, walls: "cut", item: 0, tab: data.tabs[0][0] };
 
+  const asked = new URLSearchParams(location.hash.slice(1));
+  const theme = liosTheme($("theme"), ["light", "dark"].includes(asked.get("theme")) ? asked.get("theme") : "", () => remember());
   const upper = liosUpper, interpolate = liosInterpolate;
   const { secondOf, readingOf, endOf } = liosClock(runs, state);
 
@@ -164,6 +166,7 @@
     renderer.draw(m, drawn);
     const shown = [...robotLabels, ...orderLabels, ...itemLabels, ...labels.filter((l) => l.kind === "room")];
     liosPlaceLabels(canvas, m, shown, state.roomNames !== false);
+    liosScaleBar($("scale"), 2 * camera.distance * Math.tan(camera.fov / 2) / Math.max(1, canvas.clientHeight));
   };
 
   // --- controls -------------------------------------------------------------------------------------------------
@@ -173,7 +176,7 @@
     clearTimeout(remembering);
     remembering = setTimeout(() => {
       const view = [...camera.target, camera.distance, camera.turn, camera.tilt].map((v) => v.toFixed(3)).join(",");
-      try { history.replaceState(null, "", `#at=${+state.at.toFixed(6)}&clock=${state.clock}&tab=${state.tab}&walls=${state.walls}${state.item ? "&item=" + state.item : ""}${camera.moved ? "&camera=" + view : ""}`); } catch { /* not allowed here */ }
+      try { history.replaceState(null, "", `#at=${+state.at.toFixed(6)}&clock=${state.clock}&tab=${state.tab}&walls=${state.walls}${theme.chosen ? "&theme=" + theme.chosen : ""}${state.item ? "&item=" + state.item : ""}${camera.moved ? "&camera=" + view : ""}`); } catch { /* not allowed here */ }
     }, 300);
   };
   const step = (stops, direction) => {
@@ -199,7 +202,9 @@
   $("slider").oninput = (e) => change({ at: parseFloat(e.target.value), playing: false });
   document.querySelectorAll("[data-camera]").forEach((b) => { b.onclick = () => look(b.dataset.camera); });
   document.querySelector("[data-walls]").onclick = nextWalls;
-  const keys = { " ": toggle, l: () => step(decisions(), 1), j: () => step(decisions(), -1), L: () => step(actions(), 1), J: () => step(actions(), -1), o: () => change({ at: state.at + 1 }), u: () => change({ at: state.at - 1 }), Home: () => change({ at: 0 }), End: () => change({ at: endOf() }), f: () => look("fit"), t: () => look("above"), r: () => look("follow"), w: nextWalls };
+  const keys = { " ": toggle, l: () => step(decisions(), 1), j: () => step(decisions(), -1), L: () => step(actions(), 1), J: () => step(actions(), -1), o: () => change({ at: state.at + 1 }), u: () => change({ at: state.at - 1 }), Home: () => change({ at: 0 }), End: () => change({ at: endOf() }), f: () => look("fit"), t: () => look("above"), r: () => look("follow"), w: nextWalls, d: () => theme.toggle() };
+  window.liosMoreKeys = [["R", "follow the robot"], ["W", "walls"], ["D", "light or dark"]];
+  $("keys").onclick = () => window.liosHelp();
   document.addEventListener("keydown", (e) => {
     if (e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(e.target.tagName) || (e.target.tagName === "BUTTON" && e.key === " ")) return;
     if (keys[e.key]) { e.preventDefault(); keys[e.key](); }
@@ -237,7 +242,6 @@
   $("item").onchange = (e) => chooseItem(parseInt(e.target.value, 10));
 
   // --- what the address asks for, then the first picture ----------------------------------------------------------
-  const asked = new URLSearchParams(location.hash.slice(1));
   if (["time", "distance", "decision"].includes(asked.get("clock"))) { state.clock = asked.get("clock"); $("clock").value = state.clock; }
   if (["cut", "whole", "none"].includes(asked.get("walls"))) state.walls = asked.get("walls");
   choose(data.tabs.some(([key]) => key === asked.get("tab")) ? asked.get("tab") : data.tabs[0][0]);
@@ -285,6 +289,7 @@
     seek: (at) => { change({ at, playing: false }); dirty = false; show(); },
     bare: ({ caption = true, above = false, rooms = true, coveredPx = 0 } = {}) => {
       document.body.classList.add("bare");
+      theme.set("light"); // pictures and films look the same on every system
       state.roomNames = rooms;
       $("caption").hidden = !caption;
       if (caption && !$("caption").firstChild) { const box = document.createElement("div"); box.append($("p-now"), $("p-legend")); $("caption").append(box); }

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import ceil, log10
+from types import MappingProxyType
 from typing import Literal, final
 
 import viser
@@ -15,7 +16,7 @@ from dashboards.model.containers.container_history import container_history
 from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.run_names import run_names
 from dashboards.model.scene import Scene
-from dashboards.palette import run_colour
+from dashboards.palette import Colour, run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison
@@ -28,7 +29,8 @@ from dashboards.panels.now import legend, now, run_signs, title
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from dashboards.panels.strip import cursor, strip
-from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, script, update_address
+from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, scale_bar, script, update_address
+from dashboards.viser_app.cameras import scale_of
 from dashboards.viser_app.panel.notes_tab import NotesTab
 from dashboards.viser_app.panel.options import Options
 from dashboards.viser_app.panel.runs_tab import RunsTab
@@ -37,6 +39,8 @@ from workbench.errors import BadValue
 from workbench.tolerances import ROUNDING
 
 SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
+BRAND: Mapping[bool, Colour] = MappingProxyType({False: (0, 114, 178), True: (86, 180, 233)})
+"""The colour of buttons, in light and in dark."""
 PANEL_PX = 440
 """Width of the panel beside the view."""
 CAMERA_PX, CAMERAS_PX = 220, 330
@@ -73,6 +77,7 @@ class Controls:
         self._arrived = False
         self._chosen = 0
         self._size = (0, 0)
+        self._dark: bool | None = None
         self._camera_px = CAMERAS_PX
         self._typing: threading.Timer | None = None
         self._plotted: tuple[Clock, str] | None = None
@@ -87,11 +92,12 @@ class Controls:
     def _build(self) -> None:
         gui = self._gui
         gui.set_panel_label("LIOS workbench")
-        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
+        self._paint_theme(dark=False)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_PX)
         self._add("address")
         self._add("choose")
+        self._add("scale")
         self._html["style"] = gui.add_html(str(style() + script()))
         self._add("title")
         self._add("trouble")
@@ -134,6 +140,13 @@ class Controls:
         with self._camera_panel.add_tab("Cameras", viser.Icon.CAMERA):
             self._add("cameras")
         self._camera_panel.float(x=16, y=16, width=CAMERAS_PX)
+
+    def _paint_theme(self, *, dark: bool) -> None:
+        if self._dark != dark:
+            self._dark = dark
+            self._gui.configure_theme(
+                show_logo=False, show_share_button=False, brand_color=BRAND[dark], dark_mode=dark
+            )
 
     def _build_container(self) -> None:
         self._add("container")
@@ -228,6 +241,7 @@ class Controls:
 
     def _shown(self, session: Session, scenes: list[Scene]) -> None:
         scene, timeline, state = scenes[0], session.clock.timelines[0], session.state
+        self._paint_theme(dark=(state.theme or state.system_theme) == "dark")
         at = timeline.decision_at(scene.stamp_ns)
         frame = timeline.decisions[at] if at >= 0 else None
         robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
@@ -320,6 +334,9 @@ class Controls:
         """Updates the page's address once the view is stable and the page has sent its own address."""
         if self._arrived:
             self._set("address", update_address(address(session.state, session.client.camera)))
+        scale = scale_of(session.client.camera)
+        if scale is not None:
+            self._set("scale", scale_bar(*scale))
 
     def _step(self, kind: Literal["decision", "action"], direction: int) -> None:
         clock = self._session.clock

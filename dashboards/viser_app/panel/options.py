@@ -18,6 +18,7 @@ SPEEDS = ("0.25×", "0.5×", "1×", "2×", "4×", "8×", "16×")
 FOLLOW_PLAN: str = "as the plan finds"
 ITEMS: tuple[str, ...] = (FOLLOW_PLAN,)
 WALLS = {"cut": "cut away", "whole": "whole", "none": "none"}
+THEMES = {"": "as the system", "light": "light", "dark": "dark"}
 LAYERS = (
     ("Belief as bars", "bars"),
     ("Order of search", "orders"),
@@ -53,6 +54,8 @@ class Options:
         self._loop.on_update(lambda e: self._change(e, loop=self._loop.value))
         self._walls = gui.add_dropdown("Walls", tuple(WALLS.values()))
         self._walls.on_update(lambda e: self._change(e, walls=_key(WALLS, self._walls.value)))
+        self._theme = gui.add_dropdown("Colours", tuple(THEMES.values()))
+        self._theme.on_update(lambda e: self._change(e, theme=_key(THEMES, self._theme.value)))
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
         for label, field in LAYERS:
             box = self._boxes[field] = gui.add_checkbox(label, getattr(state, field))
@@ -74,6 +77,7 @@ class Options:
         for dropdown, value in (
             (self._align, state.alignment),
             (self._walls, WALLS[state.walls]),
+            (self._theme, THEMES[state.theme]),
             (self._focus, focus),
         ):
             if dropdown.value != value:

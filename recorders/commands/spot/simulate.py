@@ -32,7 +32,15 @@ def simulate(
     certificate: Annotated[
         Path, Option("--certificate", help="Where to write the root certificate for clients.")
     ] = Path("spot-simulated.pem"),
-    seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise.")] = 0,
+    miss_rate: Annotated[
+        float | None,
+        Option(
+            "--miss-rate",
+            help="What its detector misses from nearby and straight ahead; farther away and aslant it misses more, "
+            "by the seed, and from one viewpoint always the same. Default: nothing that is in view.",
+        ),
+    ] = None,
+    seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise and of what is missed.")] = 0,
     for_s: Annotated[float | None, Option("--for", help="Stop after this many seconds.")] = None,
 ) -> None:
     """Simulate a Spot in a site; the official client connects to it as to a real robot.
@@ -44,6 +52,8 @@ def simulate(
         lios spot simulate --site paper_home --configuration A
 
         lios spot simulate --fault stuck@30+10 --fault dropped@60+3
+
+        lios spot simulate --miss-rate 0.2
     """
     import time
 
@@ -53,6 +63,7 @@ def simulate(
     from recorders.spot.client.software import SoftwareVersion
     from recorders.spot.client.time_source import RunningClock
     from recorders.spot.simulated.faults import read_faults
+    from recorders.spot.simulated.missed_tags import MissedTags
     from recorders.spot.simulated.services.server import SimulatedSpot
     from workbench.errors import BadValue
     from workbench.terminal import say
@@ -66,9 +77,12 @@ def simulate(
     surveyed = load_site(site)
     place, house = site_and_house(surveyed, pick_configuration(surveyed, configuration))
     faults, release = read_faults(fault or ()), SoftwareVersion.read("--software", software)
+    missed = None if miss_rate is None else MissedTags(rate=miss_rate, seed=seed)
     with SimulatedSpot(
         place, house, clock=RunningClock(speed_up=speed_up), port=port, faults=faults, seed=seed, software=release
     ) as robot:
+        with robot.state.alive() as state:
+            state.missed_tags = missed
         robot.write_certificate(certificate)
         try:
             say(f"A simulated Spot in {place.name}, configuration {configuration}, at {robot.address}:{robot.port}")

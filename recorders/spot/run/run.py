@@ -36,12 +36,14 @@ from workbench.execution.setup import RunSetup, set_up
 from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.memory_json import memory_to_settings
+from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place
 from workbench.planning.actions import relevant_types
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
 from workbench.terminal import say
-from workbench.worlds.house import START, Contents, House, Item
+from workbench.worlds.house import START, Contents, House, Item, ItemType
+from workbench.worlds.perception import Perception
 from workbench.worlds.sites.site import Site
 from workbench.worlds.world import ActionRefused
 
@@ -176,6 +178,7 @@ def _recorder(
         receipt_ns=None if stepped else connection.clock.now_ns,
         settings={
             "spot": {**_settings(run), **found},
+            **perception_to_settings(setup.perception),
             **memory_to_settings(run.memory),
             **estimator_to_settings(setup.estimator),
         },
@@ -286,8 +289,16 @@ def setup_of(run: RobotRun) -> RunSetup:
         costs=run.costs,
         seed=run.seed,
         house=house,
+        perception=perception_of(run.site),
         memory=run.memory,
     )
+
+
+def perception_of(site: Site) -> Perception:
+    """How surely a look detects what is there, as the site's file says; everything where it says nothing."""
+    detector = site.file.detector
+    by_type = {ItemType(name): p for name, p in detector.p_detect_of.items()}
+    return Perception(p_detect=detector.p_detect, by_type=by_type, source="site", detector=detector.kind)
 
 
 def _settings(run: RobotRun) -> dict[str, object]:

@@ -22,6 +22,7 @@ from recorders.spot.simulated.body import TOP_SPEED_MPS, Body, Walk, WalkState
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import Fault, FaultKind
 from recorders.spot.simulated.leases import LeaseBook
+from recorders.spot.simulated.missed_tags import MissedTags
 from recorders.spot.simulated.sight import TaggedThing, in_hand, sees, shows, thing_in
 from workbench.errors import Malformed
 from workbench.worlds.geometry import Point, Pose
@@ -107,6 +108,7 @@ class RobotState:
         on_drop: called with the duration of a network outage in seconds.
         on_expired_tokens: called when all tokens expire at once.
         software: the release of its software.
+        missed_tags: which tags of items its detector misses; None for none that is in view.
     """
 
     site: Site
@@ -155,6 +157,7 @@ class RobotState:
     on_drop: Callable[[float], None] | None = None
     on_expired_tokens: Callable[[], None] | None = None
     software: SoftwareVersion = NEWEST
+    missed_tags: MissedTags | None = None
 
     @property
     def sees_fiducials(self) -> bool:
@@ -326,6 +329,12 @@ class RobotState:
             return []
         return [thing for thing in (*self.things, *hung) if shows(self.site, self.body.pose, thing)]
 
+    def _detects(self, thing: TaggedThing) -> bool:
+        """Whether the detector reports the tag of an item that nobody holds."""
+        if self.hides_tags or not sees(self.site, self.body.pose, thing):
+            return False
+        return self.missed_tags is None or not self.missed_tags.misses(self.site, self.body.pose, thing)
+
     def _look(self) -> None:
         then = replace(self.body, odom=replace(self.body.odom), vision=replace(self.body.vision))
         lived_s, robot_ns = self.body.lived_s, self.clock.robot_ns()
@@ -333,7 +342,7 @@ class RobotState:
             if thing.held:
                 thing.position = in_hand(self.body.pose)
                 self.sightings.pop(thing.tag, None)
-            elif not self.hides_tags and sees(self.site, self.body.pose, thing):
+            elif self._detects(thing):
                 noise = self.rng.normal(0.0, 0.005, 3)
                 x, y, z = (float(value) for value in np.add(thing.position, noise))
                 self.sightings[thing.tag] = Sighting(

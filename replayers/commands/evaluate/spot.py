@@ -34,6 +34,12 @@ def spot(
         float, Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")
     ] = 0.03,
     raw: Annotated[bool, Option("--raw/--no-raw", help="Also log bosdyn's messages as received.")] = True,
+    miss_rate: Annotated[
+        float | None,
+        Option(
+            "--miss-rate", help="What the detector misses from nearby; farther away it misses more. Default: none."
+        ),
+    ] = None,
     seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise and the strategies.")] = 0,
     force: Annotated[bool, Option("--force", help="Replace logs.")] = False,
     json: Json = False,
@@ -73,6 +79,7 @@ def spot(
             seed=seed,
             images_hz=images_hz,
             raw=raw,
+            miss_rate=miss_rate,
             force=force,
         )
         total = len(chosen) * len(names)

@@ -20,6 +20,7 @@ ROBOT_TAG_M = 0.146
 
 Metres = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=120)]
+Chance = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 Coordinate = Annotated[float, msgspec.Meta(ge=-10_000.0, le=10_000.0)]
 
 
@@ -75,7 +76,8 @@ class TagEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class DetectorEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What finds the tags of items: the robot's own detector, or OpenCV's in pictures of these image sources."""
+    """What finds the tags of items: the robot's own detector, or OpenCV's in pictures of these image sources; and the
+    chance that one look detects an item that is there, by item type where it is not the same for all."""
 
     kind: Literal["robot", "opencv"] = "robot"
     cameras: Annotated[tuple[Name, ...], msgspec.Meta(min_length=1, max_length=12)] = (
@@ -84,6 +86,8 @@ class DetectorEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         "frontright_fisheye_image",
     )
     family: Literal["36h11", "36h10", "25h9", "16h5"] = "36h11"
+    p_detect: Chance = 1.0
+    p_detect_of: dict[Name, Chance] = {}
 
 
 class RobotEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -1,0 +1,244 @@
+"""Trials of detection in a log: an item that is known to be in a container, a viewpoint, and whether it was detected.
+
+A look counts for an item only once something other than that look shows that the item is there: an earlier look, a
+person's correction, what was planted, or a simulation's truth. The look that first shows an item says nothing of how
+often such looks miss, since without it nobody would know of the item.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import atan2, floor, hypot, inf, pi
+
+import msgspec
+import numpy as np
+
+from replayers.mcap_io.reader import messages
+from replayers.runs.run import Run
+from workbench.arrays import Floats
+from workbench.log_schema.corrections import Correction, made_up_id
+from workbench.log_schema.events import NANO, Observation
+from workbench.worlds.geometry import Point
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+
+DETECTIONS, POLLS = "/robot/detections", "/robot/fiducials"
+"""Topics of a robot's log: every new detection of a tag, and one message each time that the robot was asked."""
+IN_VIEW_M = 4.0
+"""Distance in metres beyond which a tag in passing does not count as in view."""
+VIEWPOINT_M = 0.25
+"""Side of the squares of the floor within which a viewpoint is the same viewpoint: it counts once for an item."""
+LOOK, PASSING = "look", "in passing"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantedItem:
+    """An item that a person put into a container before the runs."""
+
+    item: str
+    container: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetectionTrial:
+    """An item that was there, and whether it was detected.
+
+    Attributes:
+        made: in a look into its container, or in passing.
+        range_m: from the robot to the container; None where no pose is known.
+        angle_rad: at the container, between the robot and where one stands there, in [0, pi]; None likewise.
+    """
+
+    log: str
+    made: str
+    detector: str
+    item_type: str
+    container_type: str
+    range_m: float | None
+    angle_rad: float | None
+    detected: bool
+
+
+class _Detection(msgspec.Struct):
+    """What is read of lios.spot.TagDetected."""
+
+    stamp: dict[str, int]
+    item: str = ""
+    detector: str = "robot"
+    counts: bool = True
+
+    @property
+    def stamp_ns(self) -> int:
+        return self.stamp["sec"] * NANO + self.stamp["nsec"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Placed:
+    """An item in a container, since when that is known, and until when it stood there, in nanoseconds."""
+
+    item: str
+    item_type: str
+    container: ContainerId
+    known_ns: float
+    until_ns: float
+
+
+def detection_trials(
+    run: Run, planted: Sequence[PlantedItem] = (), *, checked: bool = False
+) -> Iterator[DetectionTrial]:
+    """The trials in one log, looks first.
+
+    Args:
+        run: which; read with its truth where that is to count.
+        planted: what is known to have stood where in this run.
+        checked: people checked the containers: what no look showed and nobody corrected was not there. Then the
+            looks that first showed an item, and those that a correction is about, count as well.
+    """
+    placed, poses = tuple(_placed(run, planted, checked=checked)), _poses(run)
+    found = _detections(run)
+    detector = next((d.detector for d in found if d.counts), run.info.source)
+    for seen in sorted(run.observations, key=lambda o: o.stamp.ns):
+        if not seen.known_at_start:
+            yield from _of_look(run, seen, placed, poses, detector)
+    if len(poses):
+        yield from _in_passing(run, placed, poses, found, detector)
+
+
+def _placed(run: Run, planted: Sequence[PlantedItem], *, checked: bool) -> Iterator[_Placed]:
+    """Every item whose container at the start of the run is known, and since when."""
+    taken = {a.items[0]: a.start.ns for a in reversed(run.actions) if a.action == "pick" and a.success and a.items}
+    known: dict[tuple[str, str], tuple[str, float]] = {}
+    for container, items in (run.truth.contents if run.truth is not None else {}).items():
+        known |= {(item.id, container): (item.type, -inf) for item in items}
+    shown = {i.id: i.type for o in run.observations for i in o.items}
+    for one in planted:
+        known.setdefault((one.item, one.container), (shown.get(one.item, one.item.partition("|")[0]), -inf))
+    for seen in sorted(run.observations, key=lambda o: o.stamp.ns):
+        for item in seen.items:
+            carried = taken.get(item.id, inf) < seen.stamp.ns
+            if not carried and not any(key[0] == item.id for key in known):
+                since = -inf if checked or seen.known_at_start else seen.stamp.ns
+                known[item.id, seen.container] = (item.type, since)
+    for correction in run.corrections:
+        since = -inf if checked else correction.stamp_ns
+        key = _same_item(known, correction)
+        known[key] = (correction.item.type, min(since, known[key][1] if key in known else inf))
+    for (item, container), (item_type, since) in sorted(known.items()):
+        yield _Placed(
+            item=item,
+            item_type=item_type,
+            container=ContainerId(container),
+            known_ns=since,
+            until_ns=taken.get(item, inf),
+        )
+
+
+def _same_item(known: Mapping[tuple[str, str], tuple[str, float]], correction: Correction) -> tuple[str, str]:
+    """The item that a correction is about: one of its type that is known to be there, if it names only the type."""
+    item, container = correction.item, correction.container
+    if item.id == made_up_id(item.type, container):
+        there = (key for key, (item_type, _) in known.items() if key[1] == container and item_type == item.type)
+        return next(there, (item.id, container))
+    return item.id, container
+
+
+def _of_look(
+    run: Run, seen: Observation, placed: Iterable[_Placed], poses: Floats, detector: str
+) -> Iterator[DetectionTrial]:
+    named = None if seen.look is None else set(seen.look.item_types)
+    detector = detector if seen.look is None else seen.look.detector or detector
+    shown, types = {item.id for item in seen.items}, {item.type for item in seen.items}
+    at = _viewpoint(run, seen, poses)
+    for one in placed:
+        if one.container != seen.container or not one.known_ns < seen.stamp.ns <= one.until_ns:
+            continue
+        only_type = one.item == made_up_id(ItemType(one.item_type), one.container)
+        found = one.item in shown or (only_type and one.item_type in types)
+        if named is None or one.item_type in named:
+            yield _trial(run, one, at, LOOK, detector, detected=found)
+
+
+def _in_passing(
+    run: Run, placed: Sequence[_Placed], poses: Floats, found: Sequence[_Detection], detector: str
+) -> Iterator[DetectionTrial]:
+    """One trial for each item and viewpoint of a robot that was asked for tags there and had the item in view."""
+    asked = np.array([m.log_time for m in messages(run.path, topics=POLLS.__eq__)], dtype=np.int64)
+    opened = {o.container for o in run.observations if o.opened_by} | {
+        a.target for a in run.actions if a.action == "search" and not a.success
+    }
+    for one in placed:
+        if one.container in opened:
+            continue
+        sights = [d.stamp_ns for d in found if d.item == one.item and d.stamp_ns < one.until_ns]
+        seen_from = {_cell(_pose_at(poses, stamp)) for stamp in sights}
+        before = asked[(asked < one.until_ns) & (asked > one.known_ns)]
+        viewpoints = {_cell(_pose_at(poses, stamp)): _pose_at(poses, stamp) for stamp in before.tolist()}
+        for cell, at in sorted(viewpoints.items()):
+            if _in_view(run, one.container, at):
+                yield _trial(run, one, at, PASSING, detector, detected=cell in seen_from)
+
+
+def _trial(run: Run, one: _Placed, at: Point | None, made: str, detector: str, *, detected: bool) -> DetectionTrial:
+    container = run.place.plan.container(one.container)
+    range_m, angle_rad = None, None
+    if at is not None:
+        x, y = container.pose.x_m, container.pose.y_m
+        range_m = hypot(at[0] - x, at[1] - y)
+        standing = run.place.standing.get(LocationId(one.container))
+        if standing is not None:
+            apart = atan2(at[1] - y, at[0] - x) - atan2(standing.y_m - y, standing.x_m - x)
+            angle_rad = abs((apart + pi) % (2 * pi) - pi)
+    return DetectionTrial(
+        log=str(run.path),
+        made=made,
+        detector=detector,
+        item_type=one.item_type,
+        container_type=container.type,
+        range_m=range_m,
+        angle_rad=angle_rad,
+        detected=detected,
+    )
+
+
+def _detections(run: Run) -> tuple[_Detection, ...]:
+    return tuple(msgspec.json.decode(m.data, type=_Detection) for m in messages(run.path, topics=DETECTIONS.__eq__))
+
+
+def _viewpoint(run: Run, seen: Observation, poses: Floats) -> Point | None:
+    """Where the robot stood: by its poses, as the look says, or where one stands at the container."""
+    if len(poses):
+        return _pose_at(poses, seen.stamp.ns)
+    if seen.look is not None and seen.look.viewpoint:
+        return (seen.look.viewpoint[0], seen.look.viewpoint[1])
+    standing = run.place.standing.get(LocationId(seen.container))
+    return None if standing is None else standing.point
+
+
+def _in_view(run: Run, container: ContainerId, at: Point) -> bool:
+    from recorders.spot.simulated.sight import clear_line
+
+    pose = run.place.plan.container(container).pose
+    near = hypot(pose.x_m - at[0], pose.y_m - at[1]) <= IN_VIEW_M
+    return near and clear_line(run.place.plan, at, pose.point)
+
+
+def _poses(run: Run) -> Floats:
+    """The robot's poses on the map: stamp in nanoseconds, x, y in metres; shape (poses, 3), sorted."""
+    from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+
+    rows: list[tuple[float, float, float]] = []
+    if run.info.source != "simulation":
+        for stamp_ns, data in run.raw_poses:
+            pose = PoseInFrame.FromString(data)
+            if pose.frame_id == "map":
+                rows.append((float(stamp_ns), pose.pose.position.x, pose.pose.position.y))
+    return np.array(sorted(rows), dtype=np.float64).reshape(-1, 3)
+
+
+def _pose_at(poses: Floats, stamp_ns: float) -> Point:
+    i = min(max(int(np.searchsorted(poses[:, 0], stamp_ns)), 0), len(poses) - 1)
+    return (float(poses[i, 1]), float(poses[i, 2]))
+
+
+def _cell(at: Point) -> tuple[int, int]:
+    return floor(at[0] / VIEWPOINT_M), floor(at[1] / VIEWPOINT_M)
