@@ -138,9 +138,9 @@ def run_by_keys(connection: Connection, wanted: RobotRun, ready: RunSetup, outpu
     """Run with progress output and keyboard control."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
+    from recorders.spot.run.operator_requests import RUN_KEYS
     from recorders.spot.run.run import run_and_record
     from recorders.spot.run.status_line import status_line
-    from recorders.spot.run.wishes import RUN_KEYS
     from workbench.terminal import say
 
     stop = StopSwitch()
