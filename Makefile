@@ -1,5 +1,5 @@
 # make demo   sets up everything and runs the main job on what ships with the project
-# make test   sets up everything and passes the tests
+# make test   sets up everything and passes the tests; make test-ci: those that only CI needs with every change
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -7,7 +7,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constr
 WORKERS ?= 2
 ESLINT := 10.15.0
 
-.PHONY: demo test test-all lint bench docs clean
+.PHONY: demo test test-ci test-all lint bench docs clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -31,7 +31,11 @@ demo: $(VENV)/.installed
 
 test: $(VENV)/.installed-test
 	bash .ci/chromium
-	$(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup -m "not slow"
+	$(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup -m "not slow and not ci"
+
+test-ci: $(VENV)/.installed-test
+	bash .ci/chromium
+	$(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup -m "ci and not slow"
 
 test-all: $(VENV)/.installed-all
 	bash .ci/chromium

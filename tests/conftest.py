@@ -42,6 +42,7 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
     os.environ["LIOS_CACHE"] = str(tmp_path_factory.mktemp("lios-cache"))
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Browser tests run one after another: a second browser on two cores makes both miss their time-outs. Benchmarks
     are slow tests: their set-ups are as large as what they measure."""
@@ -50,3 +51,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
         if item.get_closest_marker("browser") is not None:
             item.add_marker(pytest.mark.xdist_group("browser"))
+    _leave_cases_to_ci(items)
+
+
+def _leave_cases_to_ci(items: list[pytest.Item]) -> None:
+    cases: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("ci_but") is not None and item.get_closest_marker("slow") is None:
+            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for those in cases.values():
+        marker = those[0].get_closest_marker("ci_but")
+        assert marker is not None
+        kept = {case * len(those) // marker.args[0] for case in range(marker.args[0])}
+        for number, item in enumerate(those):
+            if number not in kept:
+                item.add_marker(pytest.mark.ci)

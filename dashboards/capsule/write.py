@@ -47,7 +47,7 @@ TABS = (
     ("plots", "Plots"),
     ("comparison", "Compare"),
 )
-MAX_NAMED = 6
+MAX_NAMED, LABEL_SPOTS = 6, 12
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 PARTS = (
@@ -145,7 +145,13 @@ def _house(timeline: Timeline) -> dict[str, Any]:
             for f in shape.floors
         ]
         + _occupied(timeline),
-        "rooms": [{"name": label(readable_name(f.kind)), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
+        "rooms": [
+            {
+                "name": label(readable_name(f.kind)),
+                "spots": np.round(np.array(f.label_spots[:LABEL_SPOTS]), 2).tolist(),
+            }
+            for f in shape.floors
+        ],
         "goals": [
             _mesh(frame) | {"colour": list(GOAL)} for frame in goal_frames(timeline.run.place, timeline.run.task)
         ],

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import hypot
 
 import numpy as np
 import shapely
@@ -19,18 +20,30 @@ from workbench.worlds.house import FloorPlan, Room
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Floor:
-    """A room's floor: vertices float32 (V, 3) at height 0, faces uint32 (F, 3) seen from above, and its label."""
+    """A room's floor: vertices float32 (V, 3) at height 0, faces uint32 (F, 3) seen from above, and its label.
+
+    Attributes:
+        label_spots: points for the label, the best first; all within the polygon.
+    """
 
     room: str
     kind: str
     vertices: Floats32
     faces: Uints32
     colour: Colour
-    label_at: Point
+    label_spots: tuple[Point, ...]
+    polygon: BaseGeometry = field(repr=False, compare=False)
+
+    @property
+    def label_at(self) -> Point:
+        """The best spot."""
+        return self.label_spots[0]
 
 
 CLEAR_M = 1.5
 """A label this far from every container is clear of them, in metres."""
+APART_M, MAX_SPOTS = 0.45, 40
+"""Between spots of one room's label, and how many there are."""
 TRIED = 9
 """Candidate positions of a room's label along each side."""
 
@@ -54,7 +67,8 @@ def _floor(room: Room, taken: Floats) -> Floor | None:
         vertices=vertices,
         faces=np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
         colour=floor_colour(room.kind),
-        label_at=_label_at(polygon, taken),
+        label_spots=_label_spots(polygon, taken),
+        polygon=polygon,
     )
 
 
@@ -72,9 +86,9 @@ def _of_any(polygon: BaseGeometry) -> Floats:
     return np.concatenate([_counter_clockwise(t) for t in triangles])
 
 
-def _label_at(polygon: BaseGeometry, taken: Floats) -> Point:
-    """A point well inside the room and clear of containers, where belief and numbers are shown; else near its
-    middle."""
+def _label_spots(polygon: BaseGeometry, taken: Floats) -> tuple[Point, ...]:
+    """Points well inside the room and clear of containers, where belief and numbers are shown; else near its
+    middle. Each is apart from those before it."""
     middle = polygon.centroid if polygon.contains(polygon.centroid) else polygon.representative_point()
     x0, y0, x1, y1 = polygon.bounds
     steps = (np.arange(TRIED) + 0.5) / TRIED
@@ -84,8 +98,14 @@ def _label_at(polygon: BaseGeometry, taken: Floats) -> Point:
     from_things = np.hypot(*(tried[:, None] - taken[None]).transpose(2, 0, 1)).min(axis=1, initial=np.inf)
     clear = np.minimum(np.minimum(from_things, 1.5 * from_wall), CLEAR_M)
     off_middle = np.hypot(*(tried - tried[0]).T)
-    best = tried[int(np.argmax(clear - 0.15 * off_middle))]
-    return (float(best[0]), float(best[1]))
+    spots: list[Point] = []
+    for i in np.argsort(-(clear - 0.15 * off_middle), kind="stable"):
+        spot = (float(tried[i, 0]), float(tried[i, 1]))
+        if all(hypot(spot[0] - x, spot[1] - y) >= APART_M for x, y in spots):
+            spots.append(spot)
+        if len(spots) == MAX_SPOTS:
+            break
+    return tuple(spots)
 
 
 def _counter_clockwise(triangle: Floats) -> Floats:

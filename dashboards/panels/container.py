@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from dashboards.model.clock import UNITS, Clock
 from dashboards.model.containers.container_history import Consideration, ContainerHistory, ItemCount
-from dashboards.palette import GOAL, css, run_colour
+from dashboards.palette import GOAL, SEARCHED, css, run_colour
 from dashboards.panels.chart import Line, chart
 from dashboards.panels.markup import chip, command, html, name, number, percent, place, table, text
 from workbench.tolerances import NEAR_SHOWN_COST
@@ -27,7 +27,7 @@ NO_TRUTH = Markup('<div class="lp"><p class="muted">This log holds no ground tru
 
 def container(history: ContainerHistory, clock: Clock, focus: str) -> Markup:
     """The container as the run in focus had it at the moment shown."""
-    what = _head(history) + _contents(history, clock) + _truth(history)
+    what = _head(history) + _contents(history, clock) + _missed(history, focus) + _truth(history)
     why = _considered(history, clock, focus)
     return html(
         '<div class="lp container">{}</div>{}<div class="lp">{}</div>', what, _belief(history, clock, focus), why
@@ -53,6 +53,21 @@ def _contents(history: ContainerHistory, clock: Clock) -> Markup:
     )
     never = "" if later else ", and this run never does"
     return html("<h3>What was there</h3><p>Nobody has opened it yet{}{}.</p>", later, never)
+
+
+def _missed(history: ContainerHistory, focus: str) -> Markup:
+    """The chance that is left after looks in vain by the moment shown; nothing before the first."""
+    if history.in_vain is None or not history.in_vain.by_now:
+        return Markup("")
+    times = "1 look" if history.in_vain.by_now == 1 else f"{history.in_vain.by_now} looks"
+    return html(
+        "<p>{} in vain: {} was believed here with {}; a look detects it with {}, so {} is left.</p>",
+        times,
+        name(readable_name(focus)),
+        percent(history.in_vain.prior),
+        percent(history.in_vain.p_detect),
+        percent(history.in_vain.left),
+    )
 
 
 def _truth(history: ContainerHistory) -> Markup:
@@ -91,7 +106,23 @@ def _belief(history: ContainerHistory, clock: Clock, focus: str) -> Markup:
     ]
     line = Line(name=readable_name(history.container.type), colour=css(run_colour(0)), points=points, keyed=False)
     title = f"Belief in {readable_name(focus)} here"
-    return chart(title, [line], end=clock.end, unit=UNITS[clock.alignment], shown=lambda value, _: percent(value))
+    return chart(
+        title,
+        [line, *_after_looks(history, clock)],
+        end=clock.end,
+        unit=UNITS[clock.alignment],
+        shown=lambda value, _: percent(value),
+    )
+
+
+def _after_looks(history: ContainerHistory, clock: Clock) -> list[Line]:
+    """What is left of the first belief after each look in vain, as steps."""
+    if history.in_vain is None:
+        return []
+    steps = history.in_vain.posterior
+    ends = [*(at for at, _ in steps[1:]), clock.timelines[0].end_ns]
+    points = [(clock.reading(at), p) for (begin, p), end in zip(steps, ends, strict=True) for at in (begin, end)]
+    return [Line(name="left after looks in vain", colour=css(SEARCHED), points=points, dashed=True)]
 
 
 def _considered(history: ContainerHistory, clock: Clock, focus: str) -> Markup:

@@ -10,17 +10,20 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from dashboards.sensing.clouds import NOTHING, cloud_points, depth_points
 from dashboards.sensing.frames import Frames
 from dashboards.sensing.grids import Cells, grid_cells
 from dashboards.sensing.pictures import Picture, picture_of
+from recorders.spot.session.topics import SessionStatus
 from replayers.runs.sensor_index import (
     CLOUD,
     GRID,
     LENS,
     PICTURE,
+    SESSION_STATUS,
     SPOT_IMAGE,
     SensorTracks,
     TopicIndex,
@@ -84,6 +87,23 @@ class RobotSensors:
                 return self._grid(track.topic, index)
         return None
 
+    @property
+    def has_status(self) -> bool:
+        """Whether the log tells how its session went."""
+        return bool(self._tracks.of_kind(SESSION_STATUS))
+
+    def status(self, stamp_ns: int) -> SessionStatus | None:
+        """The newest state of the session at a moment; None before the first, or where it is damaged."""
+        for track in self._tracks.of_kind(SESSION_STATUS):
+            index = track.last_at(stamp_ns)
+            data = self._tracks.data(track, index) if index >= 0 else None
+            if data is not None:
+                try:
+                    return msgspec.json.decode(data, type=SessionStatus)
+                except msgspec.MsgspecError:
+                    return None
+        return None
+
     def gather_site(self) -> None:
         """Reads the clouds for `site`; takes up to some seconds, once."""
         if self._site is None:
@@ -140,7 +160,7 @@ def sensors_of(path: Path) -> RobotSensors | None:
     """The sensors of a log; None for a log without any."""
     tracks = sensor_tracks(path)
     senses = RobotSensors(tracks)
-    return senses if senses.cameras or senses.has_clouds or senses.has_grids else None
+    return senses if senses.cameras or senses.has_clouds or senses.has_grids or senses.has_status else None
 
 
 def _may_hold_points(track: TopicIndex) -> bool:

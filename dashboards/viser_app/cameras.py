@@ -10,6 +10,7 @@ import numpy as np
 import viser
 
 from dashboards.geometry.house import HouseShape
+from dashboards.geometry.room_names import PictureView
 from dashboards.model.scene import RobotState
 from workbench.arrays import Floats, Floats32
 
@@ -89,6 +90,20 @@ def behind(robot: RobotState) -> CameraPose:
 def close_to(x_m: float, y_m: float) -> CameraPose:
     """A pose that looks at one place in the house from nearby."""
     return CameraPose((x_m - 0.9, y_m - 3.0, 3.8), (x_m, y_m, 0.6))
+
+
+def view_of(camera: viser.CameraHandle) -> PictureView | None:
+    """What a browser's picture shows; None while its size is not known."""
+    wide, high = camera.image_width, camera.image_height
+    if not wide or not high or np.allclose(camera.position, camera.look_at):
+        return None
+    return PictureView(
+        position=_vector(camera.position),
+        look_at=_vector(camera.look_at),
+        half_tan=tan(camera.fov / 2),
+        width=wide,
+        height=high,
+    )
 
 
 def scale_of(camera: viser.CameraHandle) -> tuple[float, str] | None:

@@ -27,7 +27,7 @@ from dashboards.model.scene import Scene, scene_at
 from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour
 from dashboards.sensing.robot_sensors import RobotSensors
-from dashboards.viser_app.cameras import behind, close_to, look
+from dashboards.viser_app.cameras import behind, close_to, look, view_of
 from dashboards.viser_app.drawing.sensor_layers import SensorLayers
 from dashboards.viser_app.drawing.stage import Stage
 from dashboards.viser_app.fitted_camera import FittedCamera
@@ -306,8 +306,13 @@ class Session:
             with self.trouble.caught("what went wrong", lines.append):
                 troubled("".join(lines[:1]))
 
+    def _show_room_names(self) -> None:
+        view = view_of(self.client.camera) if self.state.room_names else None
+        self.stage.show_room_names(view, self.state.walls)
+
     def _settle(self) -> None:
         self.camera.refit(late=True)
+        self._show_room_names()
         for settler in self.settlers:
             settler(self)
 
@@ -339,12 +344,12 @@ class Session:
         if state.walls != self._walls:
             self.stage.show_walls(state.walls)
             self._walls = state.walls
-        self.stage.show_room_names(state.room_names)
         self.stage.show_occupancy(state.occupancy or not self.clock.timelines[0].run.place.plan.walls)
         stamps = self.clock.stamps(state.at)
         scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
         self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
         self.stage.show_items(self._items(scenes[0]))
+        self._show_room_names()
         self.sensors.show(
             scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
         )

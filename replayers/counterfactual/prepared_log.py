@@ -6,6 +6,7 @@ Sharing them among all strategies makes comparisons paired: every strategy meets
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from math import inf
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.bounds.search_cache import SearchCache
+from replayers.counterfactual.bounds.world_search import WorldSearch
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
 from replayers.counterfactual.evidence import Evidence, evidence_of
@@ -28,6 +30,7 @@ from workbench.beliefs.asking.answers import NotAnswered
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.beliefs.memory.history import History
 from workbench.beliefs.memory.move_rates import MoveRates, shipped_rates
+from workbench.caches import Cache
 from workbench.errors import Unsupported
 from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import place_to_json
@@ -38,6 +41,9 @@ from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
 from workbench.worlds.travel import Paths
+
+MAX_SHARED_SEARCHES = 2
+"""Finished searches of the worlds that are kept, each with its run tree."""
 
 
 class TruthNotRecorded(Unsupported):
@@ -104,6 +110,7 @@ class PreparedLog:
         place_sha256: the plan and its travel costs, hashed.
         draws: names the drawn worlds; only replays with the same draws are paired.
         memory: what strategies over this log have asked for.
+        searched: finished searches of the worlds, by what the strategies that share them have in common.
         paths: the ways between locations, each found once.
     """
 
@@ -124,6 +131,9 @@ class PreparedLog:
     claims: bool = True
     notes: tuple[str, ...] = ()
     memory: SearchCache = field(default_factory=SearchCache, compare=False)
+    searched: Cache[Hashable, WorldSearch] = field(
+        default_factory=lambda: Cache(MAX_SHARED_SEARCHES), compare=False, repr=False
+    )
 
     @property
     def is_fitted(self) -> bool:

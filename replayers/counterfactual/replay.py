@@ -14,18 +14,21 @@ from types import MappingProxyType
 import numpy as np
 
 from replayers.counterfactual.bounds.bounds import Bounds
-from replayers.counterfactual.bounds.branch_and_bound import bounds_of
-from replayers.counterfactual.bounds.climb import climbed_ends
-from replayers.counterfactual.estimates.estimate import costs_in, estimate_of
+from replayers.counterfactual.bounds.world_search import WorldSearch, search_worlds
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
-from replayers.counterfactual.results import Estimate, Proof
+from replayers.counterfactual.results import Estimate
 from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, RunTree, TreeOptions, zero_clock
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
-from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
+from replayers.counterfactual.strategy_traits import (
+    decision_kind,
+    looks_empty_handed,
+    looks_nearest_first,
+    uses_beliefs,
+)
 from replayers.counterfactual.world_failure import failure_in_worlds
 from replayers.runs.run import Run
 from workbench.arrays import Floats
@@ -151,23 +154,12 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
     """Replays a strategy over a prepared log."""
     if not prepared.claims:
         return _not_reproduced(prepared, planner.name)
-    evidence, settings = prepared.evidence, prepared.settings
+    evidence = prepared.evidence
     alone = over_log_alone(prepared, planner)
     ended = _undetermined_if_contradicted(_ended(alone), prepared)
-    tree = run_tree_of(prepared, planner)
-    bounds = bounds_of(tree, budget=settings.budget, memory=prepared.memory)
-    standing = None
-    if not bounds.complete and not (prepared.static_beliefs and prepared.exact_beliefs):
-        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False, memory=prepared.memory)
-    drawn, estimate, ends = None, None, ()
-    if prepared.worlds is not None:
-        drawn, done = costs_in(prepared.worlds, tree, max_segments=settings.budget.draws)
-        estimate = estimate_of(drawn, done)
-        ends = tuple(tree.follow(prepared.worlds.chooser(int(world))) for world in (drawn.argmin(), drawn.argmax()))
-    bounds, standing = _with_all_ends(bounds, standing, ends, tree)
-    if bounds.upper_proof is Proof.NONE:
-        climbed = climbed_ends(tree, standing or bounds, max_segments=settings.budget.climb)
-        bounds, standing = _with_all_ends(bounds, standing, climbed, tree)
+    first = _first_question(prepared, planner) or ended
+    found = _world_search(prepared, planner, first)
+    tree, bounds, drawn = found.tree, found.bounds, found.drawn
     true = _ended(in_truth(prepared, planner)) if prepared.truth is not None and not tree.guesses else None
     made = Replay(
         strategy=planner.name,
@@ -175,7 +167,7 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
         reason=ended.reason,
         unseen=ended.unseen,
         bounds=bounds,
-        estimate=estimate,
+        estimate=found.estimate,
         support=MappingProxyType(support_of(alone)),
         searches=ended.searches,
         seconds=(ended.stamp_ns - evidence.info.started.ns) / 1e9,
@@ -183,11 +175,11 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
         true_status=true.status.value if true else None,
         drawn=drawn,
         events=alone,
-        if_beliefs_stand=standing,
-        segments=tree.segments,
-        asked=tuple(tree.asked),
+        if_beliefs_stand=found.standing,
+        segments=found.segments,
+        asked=found.asked,
         worlds=MappingProxyType(dict(_events_in_worlds(worlds, prepared, tree, planner, bounds, drawn))),
-        notes=(*prepared.notes, *_nondeterminism_note(tree, _first_question(prepared, planner) or ended)),
+        notes=(*prepared.notes, *_nondeterminism_note(tree, planner, first)),
     )
     if ended.status is RunStatus.PLANNER_FAILED:
         return _without_bounds(made, ended.reason)
@@ -198,7 +190,6 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
 def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
     """The strategy's runs over the log, to be unfolded."""
     evidence, built_in = prepared.evidence, canonical_name(planner.name)
-    drove = built_in is not None and built_in == canonical_name(evidence.info.strategy)
     return RunTree(
         evidence,
         fast_strategy(planner, prepared.memory),
@@ -208,7 +199,7 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             seed=evidence.info.seed,
             merge=built_in is not None and not is_from_outside(planner),
             static_beliefs=prepared.static_beliefs,
-            exact_beliefs=prepared.exact_beliefs or (drove and prepared.reproduction.whole),
+            exact_beliefs=_exact_beliefs(prepared, planner),
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
             nearest_first=looks_nearest_first(planner, evidence.task.goal),
             empty_handed=looks_empty_handed(planner),
@@ -217,19 +208,30 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
     )
 
 
-def _with_all_ends(
-    bounds: Bounds, standing: Bounds | None, drawn: Sequence[Leaf], tree: RunTree
-) -> tuple[Bounds, Bounds | None]:
-    """Bounds that know of every end that was reached: in drawn worlds, and with nothing but the task's types about.
+def _world_search(prepared: PreparedLog, planner: Strategy, first: RunEnded) -> WorldSearch:
+    """The search of the worlds by a strategy, or by another that decides alike and went the same way at first.
 
-    With rounded beliefs the ends are those of whoever believes so, and say nothing of the strategy itself.
+    Args:
+        first: the end of the strategy's own run up to the first open container.
     """
-    if standing is not None:
-        standing = standing.with_ends(drawn)
-    if tree.guesses:
-        return bounds, standing
-    others = (standing.cheapest, standing.dearest) if standing is not None else ()
-    return bounds.with_ends((*others, *drawn)), standing
+
+    def search() -> WorldSearch:
+        tree, budget = run_tree_of(prepared, planner), prepared.settings.budget
+        by_names = prepared.static_beliefs and prepared.exact_beliefs
+        return search_worlds(tree, prepared.worlds, budget, prepared.memory, by_names=by_names)
+
+    kind = decision_kind(planner, prepared.evidence.task.goal)
+    if kind is None or is_from_outside(planner):
+        return search()
+    made = prepared.searched.get((kind, _exact_beliefs(prepared, planner)), search)
+    return made if _begins_as(made.tree, first) else search()
+
+
+def _exact_beliefs(prepared: PreparedLog, planner: Strategy) -> bool:
+    """Whether beliefs are the robot's own: they are not rounded, or the run's own strategy does what it recorded."""
+    built_in = canonical_name(planner.name)
+    drove = built_in is not None and built_in == canonical_name(prepared.evidence.info.strategy)
+    return prepared.exact_beliefs or (drove and prepared.reproduction.whole)
 
 
 def _events_in_worlds(
@@ -377,13 +379,16 @@ def _without_bounds(made: Replay, why: str) -> Replay:
     )
 
 
-def _nondeterminism_note(tree: RunTree, alone: RunEnded) -> tuple[str, ...]:
-    """A note where the strategy, given the same view again, went elsewhere before the first open container."""
+def _begins_as(tree: RunTree, alone: RunEnded) -> bool:
+    """Whether a tree's run goes, up to the first open container, where another run over the log went."""
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None
     look = tree.evidence.costs.search if again.question else 0.0
-    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR_COST:
+    return unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR_COST
+
+
+def _nondeterminism_note(tree: RunTree, planner: Strategy, alone: RunEnded) -> tuple[str, ...]:
+    """A note where the strategy, given the same view again, went elsewhere before the first open container."""
+    if _begins_as(tree, alone):
         return ()
-    return (
-        f"{tree.strategy.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",
-    )
+    return (f"{planner.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",)

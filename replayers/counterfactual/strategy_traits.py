@@ -1,4 +1,5 @@
-"""Traits of strategies: whether they use beliefs, look nearest first, or look only with an empty hand.
+"""Traits of strategies: whether they use beliefs, look nearest first, or look only with an empty hand; which decide
+alike.
 
 A strategy that does not use beliefs is replayed exactly whatever the beliefs. Greedy search with an optimistic or a
 pessimistic find cost depends on distance alone: both take the nearest or the cheapest unsearched container, however
@@ -7,11 +8,14 @@ probable. Only where items are to be prepared do its plans choose meeting places
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+
 from workbench.planning.actions import prepares
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Optimistic, Pessimistic
+from workbench.planning.solvers.protocol import BuiltIn
 from workbench.planning.strategy import Strategy
-from workbench.planning.tasks import Goal
+from workbench.planning.tasks import AllOf, Delivered, Goal, Holding
 from workbench.search.policies.nearest_first import NearestFirst
 
 
@@ -31,3 +35,26 @@ def looks_nearest_first(planner: Strategy, goal: Goal) -> bool:
 def looks_empty_handed(planner: Strategy) -> bool:
     """Whether a strategy is known to look only with an empty hand; False where that is unknown."""
     return isinstance(planner, Composed)
+
+
+def decision_kind(planner: Strategy, goal: Goal) -> Hashable | None:
+    """What a strategy has in common with those that decide alike for a goal; None where none is known to.
+
+    A pessimistic find cost is the optimistic one and a constant. Where every plan has as many finds, one for each
+    type that is missing, that adds the same to all plans and, in the search for them, to all states: the costs and
+    lower bounds of the built-in solver are sums over what is still to be fetched. So the same plan is taken.
+    """
+    if not isinstance(planner, Composed) or not isinstance(planner.solver, BuiltIn):
+        return None
+    if planner.find_known or planner.everywhere or planner.looks_again or not _one_find_a_type(goal):
+        return None
+    return planner.policy if isinstance(planner.pricing, Optimistic | Pessimistic) else None
+
+
+def _one_find_a_type(goal: Goal) -> bool:
+    """Whether every plan finds each missing type once: one item held, or one of each type delivered as it is."""
+    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
+    if len(parts) == 1 and isinstance(parts[0], Holding):
+        return True
+    delivered = [part for part in parts if isinstance(part, Delivered) and not part.properties]
+    return len(delivered) == len(parts) == len({part.item_type for part in delivered})

@@ -1,7 +1,7 @@
-"""Index of a log's pictures, clouds, grids and transforms: their stamps are found once, messages read on request.
+"""Index of the pictures, clouds, grids, transforms and session states of a log; messages are read on request.
 
-The index of a closed log says where every message begins, so that an hour of pictures costs a few kilobytes; a log
-that was cut off is read through once. Nothing is decoded before it is requested.
+Their stamps are found once. The index of a closed log says where every message begins, so that an hour of pictures
+costs a few kilobytes; a log that was cut off is read through once. Nothing is decoded before it is requested.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 PICTURE, CLOUD, GRID = "foxglove.CompressedImage", "foxglove.PointCloud", "foxglove.Grid"
 TRANSFORMS, LENS, SPOT_IMAGE = "foxglove.FrameTransforms", "foxglove.CameraCalibration", "bosdyn.api.ImageResponse"
 KINDS = frozenset({PICTURE, CLOUD, GRID, TRANSFORMS, LENS, SPOT_IMAGE})
+SESSION_STATUS = "lios.spot.SessionStatus"
+"""The one kind in JSON: how a robot's session goes."""
 MESSAGE_OPCODE, MESSAGE_HEAD = 5, 9
 NOT_IN_A_CHUNK = -1
 KEPT_CHUNKS = 4
@@ -73,7 +75,7 @@ class SensorTracks:
         """A message, decoded; None where the file is damaged or the bytes are not such a message."""
         from google.protobuf.message import DecodeError
 
-        data = self._bytes(int(track.where[index, 0]), int(track.where[index, 1]))
+        data = self.data(track, index)
         decode = self._decoders.decoder_for("protobuf", track.schema)
         if data is None or decode is None:
             return None
@@ -81,6 +83,10 @@ class SensorTracks:
             return decode(data)
         except DecodeError:
             return None
+
+    def data(self, track: TopicIndex, index: int) -> bytes | None:
+        """A message as it stands in the file; None where that is damaged."""
+        return self._bytes(int(track.where[index, 0]), int(track.where[index, 1]))
 
     @cached_property
     def _decoders(self) -> DecoderFactory:
@@ -145,9 +151,7 @@ class _PositionCollector:
     def wants(self, channel_id: int) -> bool:
         channel = self.channels.get(channel_id)
         schema = self.schemas.get(channel.schema_id) if channel is not None else None
-        return (
-            channel is not None and channel.message_encoding == "protobuf" and schema is not None and _is_kind(schema)
-        )
+        return channel is not None and schema is not None and _is_kind(schema, channel.message_encoding)
 
     def take(self, record: object, chunk_at: int, offset: int) -> None:
         if isinstance(record, Schema):
@@ -173,8 +177,10 @@ class _PositionCollector:
         return made
 
 
-def _is_kind(schema: Schema) -> bool:
-    return schema.name in KINDS and schema.encoding == "protobuf"
+def _is_kind(schema: Schema, encoding: str) -> bool:
+    if schema.name == SESSION_STATUS:
+        return (encoding, schema.encoding) == ("json", "jsonschema")
+    return schema.name in KINDS and encoding == schema.encoding == "protobuf"
 
 
 def _by_index(stream: BinaryIO, index: LogIndex, found: _PositionCollector) -> None:

@@ -131,6 +131,7 @@ def test_finding_things_changes_what_best_believes_of_the_rest() -> None:
     assert np.abs(after.probability - before.probability[:, shared]).max() > 0.01
 
 
+@pytest.mark.ci
 def test_believing_does_not_import_torch() -> None:
     code = (
         "import sys; sys.path.insert(0, 'tests'); import toy\n"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import gzip
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-import torch
 from learnable import learnable_houses
 
 from workbench.beliefs.encoder import text_encoder
@@ -15,10 +15,8 @@ from workbench.beliefs.estimators import ESTIMATORS
 from workbench.beliefs.examples import Examples, collect, house_weight
 from workbench.beliefs.fcnn import FcnnEstimator, fcnn_from
 from workbench.beliefs.placements import placements_settings
-from workbench.beliefs.training import fcnn as train_fcnn_module
 from workbench.beliefs.training.best import train_best
 from workbench.beliefs.training.boosting import Boosting, Rows, boost, cross_entropy
-from workbench.beliefs.training.fcnn import Fcnn, TrainingSettings, chosen_device, train_fcnn
 from workbench.beliefs.training.train import TRAINERS, TrainingSet, hold_out, houses_sha256, train
 from workbench.beliefs.weights import VERSION, Header, read_weights, write_weights
 from workbench.cli import run
@@ -26,13 +24,27 @@ from workbench.errors import BadValue, UnknownName
 from workbench.evaluation.beliefs.metrics import evaluate_estimator, metrics_of
 from workbench.worlds.shipped import shipped_houses
 
-SHORT = TrainingSettings(hidden=(64, 16), epochs=80, patience=80, batch=8, rate=1e-2, dropout=0.0)
+if TYPE_CHECKING:
+    import torch
+
+    from workbench.beliefs.training.fcnn import Fcnn, TrainingSettings
+
+pytestmark = pytest.mark.xdist_group("torch")
+
 FEW_TREES = Boosting(trees=40, rate=0.2, columns=1.0, depth=3)
 
 
 @pytest.fixture(autouse=True)
 def _one_thread() -> None:
+    import torch  # Seconds, and only the worker that has these tests needs it.
+
     torch.set_num_threads(1)
+
+
+def short() -> TrainingSettings:
+    from workbench.beliefs.training.fcnn import TrainingSettings
+
+    return TrainingSettings(hidden=(64, 16), epochs=80, patience=80, batch=8, rate=1e-2, dropout=0.0)
 
 
 def figures_of(estimator: object, houses: list) -> dict[str, float]:
@@ -83,8 +95,10 @@ def test_counts_learn_and_beat_the_prior(tmp_path: Path) -> None:
 def test_a_tiny_network_beats_the_prior_and_numpy_agrees_with_torch(tmp_path: Path) -> None:
     houses, held_out = learnable_houses(30), learnable_houses(6, first=100)
     examples, out = collect(houses), collect(held_out)
-    tensors = train_fcnn(examples, out, text_encoder(), seed=1, recipe=SHORT)
-    again = train_fcnn(examples, out, text_encoder(), seed=1, recipe=SHORT)
+    from workbench.beliefs.training.fcnn import train_fcnn
+
+    tensors = train_fcnn(examples, out, text_encoder(), seed=1, recipe=short())
+    again = train_fcnn(examples, out, text_encoder(), seed=1, recipe=short())
     assert all(np.array_equal(tensors[k], again[k]) for k in tensors)
     header = Header(
         estimator="fcnn",
@@ -102,6 +116,7 @@ def test_a_tiny_network_beats_the_prior_and_numpy_agrees_with_torch(tmp_path: Pa
     assert np.abs(_by_torch(tensors, examples) - _by_numpy(estimator, examples)).max() < 1e-5
 
 
+@pytest.mark.ci
 def test_best_learns_what_names_do_not_say(tmp_path: Path) -> None:
     """The larger of two counters holds the mug: names cannot know, sizes can."""
     houses, held_out = learnable_houses(60), learnable_houses(12, first=100)
@@ -178,10 +193,12 @@ def test_boosting_fits_a_step_and_keeps_only_trees_that_help() -> None:
 
 def _by_torch(tensors: dict[str, np.ndarray], examples: Examples) -> np.ndarray:
     """The trained tensors run by torch itself, on plain concatenated inputs: the definition of the network."""
-    from workbench.beliefs.training.fcnn import _blocks
+    import torch
+
+    from workbench.beliefs.training.fcnn import Fcnn, _blocks
 
     blocks = _blocks((examples.rooms, examples.containers, examples.items), text_encoder())
-    net = Fcnn(blocks, SHORT).eval()
+    net = Fcnn(blocks, short()).eval()
     with torch.no_grad():
         for k, layer in enumerate(net.linear):
             layer.weight.copy_(torch.from_numpy(tensors[f"{k}.weight"].astype(np.float32)))
@@ -202,6 +219,10 @@ def _by_numpy(estimator: FcnnEstimator, examples: Examples) -> np.ndarray:
 
 
 def test_a_gpu_is_used_when_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    import torch
+
+    from workbench.beliefs.training.fcnn import chosen_device
+
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
     assert chosen_device() == "cuda"
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
@@ -210,6 +231,8 @@ def test_a_gpu_is_used_when_there_is_one(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_the_network_is_trained_on_the_device_that_was_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The "meta" device holds no numbers: what stays elsewhere by mistake cannot be combined with it."""
+    from workbench.beliefs.training import fcnn
+
     examples = collect(learnable_houses(2))
     devices: list[torch.device] = []
 
@@ -218,11 +241,11 @@ def test_the_network_is_trained_on_the_device_that_was_chosen(monkeypatch: pytes
         devices.extend(t.device for t in tensors)
         raise Stopped
 
-    monkeypatch.setattr(train_fcnn_module, "chosen_device", lambda: "meta")
-    monkeypatch.setattr(train_fcnn_module, "_loss", watch)
-    monkeypatch.setattr(train_fcnn_module, "_tensors", lambda _: {})
+    monkeypatch.setattr(fcnn, "chosen_device", lambda: "meta")
+    monkeypatch.setattr(fcnn, "_loss", watch)
+    monkeypatch.setattr(fcnn, "_tensors", lambda _: {})
     with pytest.raises(Stopped):
-        train_fcnn(examples, examples, text_encoder(), seed=0, recipe=SHORT)
+        fcnn.train_fcnn(examples, examples, text_encoder(), seed=0, recipe=short())
     assert {d.type for d in devices} == {"meta"}
 
 

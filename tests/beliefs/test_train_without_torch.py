@@ -28,6 +28,7 @@ def test_it_names_the_extra(
     assert not out.exists()
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("estimator", ["counts", "best"])
 def test_the_others_need_none(estimator: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("workbench.beliefs.training.train.find_spec", lambda name: None)

@@ -189,6 +189,7 @@ def test_without_a_token_only_this_machine_is_served(host: str, log: Path) -> No
         open_dashboard([log], host=host, port=0, token=False)
 
 
+@pytest.mark.ci
 def test_the_command_refuses_an_open_dashboard_in_one_line(log: Path) -> None:
     words = ["view", str(log), "--host", "0.0.0.0", "--no-token", "--port", "0"]
     done = subprocess.run([LIOS, *words], capture_output=True, text=True, timeout=60, check=False)

@@ -106,6 +106,7 @@ def test_a_narrow_window_scrolls_down_only(browser: Browser, tmp_path: Path) -> 
     page.close()
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize(
     ("tab", "words"),
     [
@@ -121,6 +122,7 @@ def test_every_tab(page: Page, tab: str, words: str) -> None:
     page.get_by_text(words).first.wait_for()
 
 
+@pytest.mark.ci
 def test_clocks_cameras_walls_and_play(page: Page) -> None:
     page.select_option("#clock", "distance")
     page.evaluate("window.lios.seek(1.5)")
@@ -134,6 +136,7 @@ def test_clocks_cameras_walls_and_play(page: Page) -> None:
     until(page, "!window.lios.state.playing && window.lios.state.at >= 14.99")
 
 
+@pytest.mark.ci
 def test_the_address_restores_the_moment(page: Page) -> None:
     page.evaluate("window.lios.seek(6.5)")
     until(page, "location.hash.includes('at=6.5')")
@@ -142,6 +145,7 @@ def test_the_address_restores_the_moment(page: Page) -> None:
     assert shown(page) == 6.5
 
 
+@pytest.mark.ci
 def test_names_of_robots_that_stand_together_stay_in_the_picture(browser: Browser, tmp_path: Path) -> None:
     """On a small screen five of them at one place would be pushed out of its top. The time stays by its slider."""
     path = tmp_path / "five.html"
@@ -183,6 +187,7 @@ def test_markup_in_names_is_shown_and_not_run(browser: Browser, tmp_path: Path) 
     tab.close()
 
 
+@pytest.mark.ci
 def test_films_are_playable(browser: Browser, tmp_path: Path) -> None:
     """The page encodes, mp4() wraps, and a video element reads the length, the size and the frames."""
     page_path, film = tmp_path / "run.html", tmp_path / "run.mp4"
@@ -238,6 +243,7 @@ def test_sizes_keep_whole_points() -> None:
     assert {size: Framing(width=size[0], height=size[1]).scale for size in sizes} == sizes
 
 
+@pytest.mark.ci
 def test_no_caption_covers_the_house(browser: Browser, tmp_path: Path) -> None:
     """Of a picture the caption's own height is kept free; of a film, what its lines take."""
     path = tmp_path / "caption.html"
@@ -258,6 +264,7 @@ def test_no_caption_covers_the_house(browser: Browser, tmp_path: Path) -> None:
     tab.close()
 
 
+@pytest.mark.ci
 def test_behind_the_robot_the_caption_covers_little_and_the_robot_stands_above_it(
     browser: Browser, tmp_path: Path
 ) -> None:

@@ -28,6 +28,7 @@ def test_the_demo_records_replays_and_compares(tmp_path: Path, capsys: pytest.Ca
     assert read(folder / "run.mcap").complete
 
 
+@pytest.mark.ci
 def test_the_demo_can_be_run_again_and_names_what_to_look_at(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -272,6 +272,7 @@ def test_a_log_of_an_address_family_of_its_own_is_opened() -> None:
         assert Dashboard(server).url == f"http://{named}:8080"  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.ci
 def test_figures_are_the_same_bytes_again(tmp_path: Path) -> None:
     folder = tmp_path
     for name in ("a", "b"):

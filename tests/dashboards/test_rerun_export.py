@@ -78,6 +78,7 @@ def scalars(entity: Entity) -> list[tuple[int, float]]:
     return [(stamp, value[0]) for stamp, value in entity.rows["Scalars:scalars"]]
 
 
+@pytest.mark.ci_but(1)
 def test_the_beliefs_of_the_run_come_back(timeline: Timeline, tmp_path: Path):
     found = exported(timeline, tmp_path)
     for belief in timeline.run.beliefs:
@@ -90,6 +91,7 @@ def test_the_beliefs_of_the_run_come_back(timeline: Timeline, tmp_path: Path):
     )
 
 
+@pytest.mark.ci_but(1)
 def test_all_series_come_back_and_the_cost_ends_at_the_runs_own(timeline: Timeline, tmp_path: Path):
     found = exported(timeline, tmp_path)
     series = series_of(timeline)
@@ -101,6 +103,7 @@ def test_all_series_come_back_and_the_cost_ends_at_the_runs_own(timeline: Timeli
     assert [value for _, value in scalars(found["cost/plan"])] == [p.expected_cost for p in plans]
 
 
+@pytest.mark.ci_but(1)
 def test_containers_are_boxes_in_the_colours_of_the_dashboard(timeline: Timeline, tmp_path: Path):
     found = exported(timeline, tmp_path)
     for i, container in enumerate(timeline.plan.containers):
@@ -119,6 +122,7 @@ def test_containers_are_boxes_in_the_colours_of_the_dashboard(timeline: Timeline
             assert label.endswith(": searched") == (searched != NEVER and searched <= stamp)
 
 
+@pytest.mark.ci_but(1)
 def test_the_way_comes_back_whole(timeline: Timeline, tmp_path: Path):
     found = exported(timeline, tmp_path)
     strips = [

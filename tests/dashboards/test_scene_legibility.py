@@ -31,7 +31,7 @@ from dashboards.panels.chart import MAX_BAND_RATIO, Band, Line, chart
 from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import breakable, number, text
-from dashboards.panels.now import legend, now, title
+from dashboards.panels.now import legend, now, run_signs, title
 from dashboards.panels.strip import strip
 from dashboards.viser_app.panel.controls import SLIDER_STEPS, slider_scale
 from replayers.runs.run import read
@@ -168,6 +168,7 @@ def test_the_cost_plot_of_a_figure_tells_an_end_from_a_stop_and_keeps_its_key_of
     assert key.get_window_extent().y1 < ax.get_window_extent().y0
 
 
+@pytest.mark.ci
 def test_a_figure_of_a_strategy_with_a_very_long_name_keeps_its_shape(tmp_path: Path) -> None:
     """Its name may be a planner's own, module and class; nothing else would be left to see."""
     timelines = [timeline_of(named_run("x" * 400)), OTHER]
@@ -221,7 +222,7 @@ def test_the_legend_tells_of_a_replays_end_before_it_comes() -> None:
     ended = timeline_of(replace(OURS.run, outcome=msgspec.structs.replace(OURS.run.outcome, unseen=BED)))
     assert ended.ends_unseen
     assert not OURS.ends_unseen
-    made = run_data(ended, "lios", run_colour(0), texts := Texts(), panels=True)
+    made = run_data(ended, "lios", run_colour(0), texts := Texts(), signs=run_signs([ended]))
     legends = {texts.all[look[4]] for frame in made["frames"] for look in frame["looks"][:1]}
     assert len(legends) == 1
     assert "◆" in legends.pop()

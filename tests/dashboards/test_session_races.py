@@ -142,6 +142,7 @@ def test_places_are_forgotten_like_runs() -> None:
     assert library.shape(replace(plan, name="place 28")) is library.shape(replace(plan, name="place 28"))
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("number", [1, 2])
 def test_first_looks_go_with_their_run(number: int) -> None:
     from dashboards.model.first_stop_costs import _FIRST_LOOKS, first_looks

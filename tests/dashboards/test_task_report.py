@@ -30,11 +30,13 @@ def written(recorded: Path) -> tuple[str, list[Path]]:
     return page.read_text(), figures
 
 
+@pytest.mark.ci
 def test_an_example_is_drawn_of_a_recorded_trial(written: tuple[str, list[Path]]) -> None:
     _, figures = written
     assert [path.name for path in figures if path.name.startswith("example")] == ["example_any-of-three.png"]
 
 
+@pytest.mark.ci
 def test_logs_of_another_evaluation_in_the_folder_are_no_example(
     recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -88,6 +88,7 @@ def test_a_page_of_a_thousand_item_types_offers_some_and_stays_small(many: Timel
     assert len(capsule_page([many])) < 400_000
 
 
+@pytest.mark.ci
 def test_a_place_without_a_map_is_shown(tmp_path: Path) -> None:
     place = toy_place()
     assert place.occupancy is None

@@ -77,6 +77,7 @@ def test_the_house_is_drawn_and_the_slider_moves_the_run(page: Page) -> None:
     until_seen(page, lambda picture: picture != before)
 
 
+@pytest.mark.ci_but(2)
 @pytest.mark.parametrize(
     ("tab", "words"),
     [
@@ -124,6 +125,7 @@ def test_play_moves_on_and_pause_stops(page: Page, dashboard: Dashboard) -> None
     wait_for_second(page, 0.3, 60.0)
 
 
+@pytest.mark.ci
 def test_a_click_on_the_strip_seeks(page: Page) -> None:
     box = page.locator("[data-strip]:visible").last.bounding_box()
     assert box
@@ -132,6 +134,7 @@ def test_a_click_on_the_strip_seeks(page: Page) -> None:
     wait_for_second(page, 0.45 * end, 0.55 * end)
 
 
+@pytest.mark.ci
 def test_a_heading_sorts_its_table_and_stays_sorted(page: Page) -> None:
     page.get_by_text("Belief", exact=True).first.click()
     page.evaluate("window.liosCommand('seek 0')")
@@ -146,6 +149,7 @@ def test_a_heading_sorts_its_table_and_stays_sorted(page: Page) -> None:
     assert again == sorted(again, key=str.lower)
 
 
+@pytest.mark.ci
 def test_where_runs_part_can_be_jumped_to(page: Page) -> None:
     page.evaluate("window.liosCommand('seek 0')")
     page.get_by_text("Compare", exact=True).first.click()
@@ -161,6 +165,7 @@ def test_the_token_is_not_in_the_address_bar_nor_in_reach_of_scripts(page: Page,
     assert token not in page.content()
 
 
+@pytest.mark.ci
 def test_a_page_of_another_website_gets_nothing(browser: Browser, dashboard: Dashboard) -> None:
     """In one and the same browser, cookie included: a page from another port of this machine asks for the home."""
     context = browser.new_context()
@@ -197,6 +202,7 @@ def _another_website() -> Iterator[str]:
         server.shutdown()
 
 
+@pytest.mark.ci
 def test_a_reload_shows_the_same_moment(page: Page) -> None:
     page.evaluate("window.liosCommand('seek 7.5')")
     wait_for_second(page, 7.5, 7.5)
@@ -298,6 +304,7 @@ def test_a_link_sets_the_controls_too(browser: Browser, dashboard: Dashboard) ->
     tab.close()
 
 
+@pytest.mark.ci
 def test_another_clock_keeps_the_moment(page: Page, dashboard: Dashboard) -> None:
     page.evaluate("window.liosCommand('decision 3')")
     page.get_by_text("Decision 3 of").wait_for()

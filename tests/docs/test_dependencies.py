@@ -7,6 +7,7 @@ import re
 import sys
 import tomllib
 
+import pytest
 from console_blocks import ROOT
 from product_source import PRODUCT, nodes
 
@@ -51,6 +52,7 @@ def _declared() -> set[str]:
     return _names(PROJECT["dependencies"]).union(*(_names(v) for k, v in extras.items() if k not in FOR_WORK_ON_IT))
 
 
+@pytest.mark.ci
 def test_nothing_is_declared_that_nothing_imports() -> None:
     imported = _imported()
     assert {n for n in _declared() - NOT_BY_IMPORT if IMPORTED_AS.get(n, n) not in imported} == set()

@@ -103,6 +103,7 @@ def test_a_log_is_never_taken_for_an_output(tmp_path: Path) -> None:
     assert log.read_bytes() == LOG.read_bytes()
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("solver", ["up-nothing", "command:false {domain} {problem} {plan}"])
 def test_a_solver_that_finds_nothing_is_no_success(solver: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(["plan", str(LOG), "--solver", solver]) == 1

@@ -12,7 +12,11 @@ PAGES = [p for p in sorted((ROOT / "docs").rglob("*.md")) if any(not b.skipped f
 
 def _cases(pages: list[Path]) -> list[object]:
     return [
-        pytest.param(page, id=str(page.relative_to(ROOT)), marks=[pytest.mark.slow] if is_slow(page) else [])
+        pytest.param(
+            page,
+            id=str(page.relative_to(ROOT)),
+            marks=[pytest.mark.slow] if is_slow(page) else [pytest.mark.ci] if page.stem != "log-format" else [],
+        )
         for page in pages
     ]
 

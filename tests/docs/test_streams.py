@@ -29,6 +29,7 @@ def _bash(line: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("command", ["log cat LOG", "houses stats", "plan LOG --pddl"])
 def test_a_reader_that_has_seen_enough(command: str) -> None:
     done = _bash(f"LIOS {command} | true; exit ${{PIPESTATUS[0]}}")
@@ -41,6 +42,7 @@ def test_words_that_nobody_reads_do_not_change_the_exit_code() -> None:
     assert _bash("LIOS info nowhere.mcap 2>&1 | true; exit ${PIPESTATUS[0]}").returncode == 2
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("command", ["info LOG", "info LOG --json"])
 def test_no_standard_output(command: str) -> None:
     done = _bash(f"LIOS {command} >&-")
@@ -51,6 +53,7 @@ def test_no_standard_error() -> None:
     assert _bash("LIOS info nowhere.mcap 2>&-").returncode == 2
 
 
+@pytest.mark.ci_but(2)
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
 @pytest.mark.parametrize("buffered", ["PYTHONUNBUFFERED=", "PYTHONUNBUFFERED=1"])
 @pytest.mark.parametrize("command", ["info LOG", "info LOG --json", "log cat LOG"])

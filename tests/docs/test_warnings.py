@@ -10,6 +10,7 @@ import pytest
 from console_blocks import ROOT
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("kind", "module", "options", "fails"),
     [

@@ -237,6 +237,7 @@ def test_a_mistyped_estimator_leaves_nothing_in_the_way(tmp_path: Path, capsys: 
     capsys.readouterr()
 
 
+@pytest.mark.ci
 def test_recording_runs_again_what_has_no_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     before, after = (
@@ -267,6 +268,7 @@ def test_two_evaluations_do_not_write_to_one_folder(tmp_path: Path, capsys: pyte
         assert store.rows == []
 
 
+@pytest.mark.ci
 def test_houses_that_support_nothing_are_no_empty_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     assert run(["evaluate", "tasks", "--scenarios", "deliver-60", "-s", "model-lios", "-o", str(out)]) == 2

@@ -90,12 +90,14 @@ def test_tasks_ask_weights_that_never_saw_the_house_and_keep_them(
     capfd.readouterr()
 
 
+@pytest.mark.ci
 def test_another_number_of_folds_is_another_evaluation(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert run([*TASKS, *COUNTS, "-o", str(tmp_path)]) == 0
     assert run([*TASKS, *COUNTS, "--folds", "2", "-o", str(tmp_path)]) == 2
     assert "another evaluation" in capfd.readouterr().err
 
 
+@pytest.mark.ci
 def test_weights_of_other_houses_are_not_kept(
     lessons: dict[str, set[str]], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -40,6 +40,7 @@ MUG = ItemType("Mug")
 EVERY = ("greedy", "conditioned-lios", "robust-lios")
 
 
+@pytest.mark.ci_but(2)
 @pytest.mark.parametrize("costs", [SIMULATION_COSTS, ROBOT_COSTS], ids=["free looks", "looks cost"])
 @pytest.mark.parametrize("name", EVERY)
 def test_the_closed_loop_makes_the_same_looks_at_the_same_cost(name: str, costs) -> None:  # type: ignore[no-untyped-def]

@@ -43,6 +43,7 @@ def test_an_error_does_not_wait_for_the_rest() -> None:
         raise ZeroDivisionError
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_no_worker_outlives_its_parent(how: signal.Signals, tmp_path: Path) -> None:

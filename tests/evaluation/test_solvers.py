@@ -25,6 +25,7 @@ def test_costs_are_over_the_optimum_and_plans_are_validated() -> None:
     assert all(row.seconds > 0 for row in rows)
 
 
+@pytest.mark.ci
 def test_a_plan_that_is_cut_or_foreign_is_not_valid() -> None:
     plan = solver("sas-blind").solve(PROBLEM, budget_s=30).plan
     assert validated(PROBLEM, plan)

@@ -98,6 +98,7 @@ def coverage(draw: Callable[[np.random.Generator, int], np.ndarray], truth: floa
     return inside / 1500
 
 
+@pytest.mark.ci_but(2)
 @pytest.mark.parametrize("one", [True, False])
 @pytest.mark.parametrize("number", [3, 5, pytest.param(4, marks=SLOW), pytest.param(7, marks=SLOW), 10])
 def test_few_cover_the_truth_at_least_as_often_as_said(number: int, one: bool) -> None:

@@ -66,6 +66,7 @@ def run(hall: tuple[House, Navigation], scenario: str, name: str) -> list[float]
     return [event.planning_s for event in events if isinstance(event, PlanMade)]
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("scenario", ["deliver-3", "breakfast+coffee"])
 def test_ours_plans_over_a_hundred_containers(hall: tuple[House, Navigation], scenario: str) -> None:
     assert len(hall[0].plan.containers) == 108

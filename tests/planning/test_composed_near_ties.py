@@ -82,6 +82,7 @@ def _fact(event: ActionEnded | ContainerObserved | RunEnded) -> Any:
     return event.status, event.cost
 
 
+@pytest.mark.ci_but(10)
 @pytest.mark.parametrize("step", [0.0, 0.1], ids=["all the same", "in tenths"])
 @pytest.mark.parametrize("scenario", ["deliver-1", "deliver-3", "any-of-3", "breakfast"])
 @pytest.mark.parametrize("name", ALL)

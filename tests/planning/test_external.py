@@ -117,6 +117,7 @@ def test_memory_is_limited(tmp_path: Path) -> None:
     assert answer.code != 0
 
 
+@pytest.mark.ci
 def test_children_die_with_the_planner(tmp_path: Path) -> None:
     child = tmp_path / "child"
     code = (

@@ -35,6 +35,7 @@ def agreed_cost(problem: Problem, other: FastDownward) -> None:
         assert holds(problem.goal, state, problem)
 
 
+@pytest.mark.ci_but(12)
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("seed", range(6))
 def test_built_in_is_as_good_as_blind_search(case: str, seed: int) -> None:

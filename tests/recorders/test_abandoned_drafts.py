@@ -37,6 +37,7 @@ def _left_by_a_killed_command(*outputs: Path) -> list[Path]:
     return left
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize(
     ("command", "output", "draft"),
     [

@@ -87,6 +87,7 @@ def test_the_answers_of_a_language_model_are_in_the_log_each_once(lios: Lios, tm
     assert server.url.encode() not in log, "where it was asked is nobody's business"
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("seen", [False, True])
 def test_the_same_run_is_recorded_again_without_asking(seen: bool, lios: Lios, tmp_path: Path) -> None:
     with chat_server() as server:

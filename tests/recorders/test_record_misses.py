@@ -47,6 +47,7 @@ def test_the_same_seed_misses_the_same_and_no_rate_changes_nothing(tmp_path: Pat
     assert "perception" not in plain.settings
 
 
+@pytest.mark.ci
 def test_a_run_with_misses_is_reproduced_and_its_looks_add_up(tmp_path: Path) -> None:
     run = read(recorded(tmp_path / "run.mcap", house="houses:5", miss_rate=0.7), with_truth=True)
     assert verify(run).same
@@ -62,6 +63,7 @@ def test_a_run_with_misses_is_reproduced_and_its_looks_add_up(tmp_path: Path) ->
         assert {i.id for i in items} <= {i.id for i in run.truth.contents[container]}
 
 
+@pytest.mark.ci
 def test_a_replay_with_so_many_misses_holds_the_truth(tmp_path: Path) -> None:
     run = read(recorded(tmp_path / "run.mcap", house="houses:5", miss_rate=0.7), with_truth=True)
     word = replay_on(prepare_log(run, ReplaySettings(with_truth=True, worlds=60)), "model-lios")

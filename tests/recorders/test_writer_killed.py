@@ -154,6 +154,7 @@ def _chunk_sizes(path: Path) -> list[int]:
         ]
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_few_kills_lose_nothing_that_was_flushed(writers: Writers, kind: str, tmp_path: Path):
     for seed in range(2):

@@ -75,6 +75,7 @@ def contents(path: Path) -> tuple[dict[tuple[str, int], bytes], list[str]]:
         return told, [attachment.name for attachment in reader.iter_attachments()]
 
 
+@pytest.mark.ci
 def test_a_copy_for_others_has_no_face_and_nothing_unsearched(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -67,6 +67,7 @@ def kept() -> tuple[StoredReplay, ...]:
     return tuple(to_stored(prepared, m, key=replay_key("", m.strategy, prepared.settings)) for m in made)
 
 
+@pytest.mark.ci
 def test_an_upper_bound_of_a_breakfast_is_near_what_was_found_or_is_none(kept: tuple[StoredReplay, ...]) -> None:
     bounds = [replay.bounds for replay in kept if replay.bounds is not None]
     assert {isinf(b.upper) for b in bounds} == {True, False}, "the log decides one of them, and not the others"
@@ -75,6 +76,7 @@ def test_an_upper_bound_of_a_breakfast_is_near_what_was_found_or_is_none(kept: t
         assert isinf(b.upper) or b.upper <= 3 * b.largest_found
 
 
+@pytest.mark.ci
 def test_a_kept_replay_without_one_is_read_again(kept: tuple[StoredReplay, ...], tmp_path: Path) -> None:
     for number, replay in enumerate(kept):
         write_replay(tmp_path / f"{number}.replay.json", replay)
@@ -82,6 +84,7 @@ def test_a_kept_replay_without_one_is_read_again(kept: tuple[StoredReplay, ...],
         assert b"nfinity" not in (tmp_path / f"{number}.replay.json").read_bytes()
 
 
+@pytest.mark.ci
 def test_who_has_none_is_better_than_nobody_for_certain(kept: tuple[StoredReplay, ...]) -> None:
     first = next(replay for replay in kept if replay.bounds is not None and isinf(replay.bounds.upper))
     pairs = compare(kept, rng=np.random.default_rng(0))
@@ -95,6 +98,7 @@ def test_who_has_none_is_better_than_nobody_for_certain(kept: tuple[StoredReplay
         assert not np.isnan([apart.least, apart.most]).any()
 
 
+@pytest.mark.ci
 def test_commands_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     asked = ["replay", str(LOG), "-s", "opt-greedy,pes-greedy", "--worlds", "20"]

@@ -122,6 +122,7 @@ def test_unique_instances_leave_nothing_open(tmp_path: Path) -> None:
     assert bounds.lower == 24.0
 
 
+@pytest.mark.ci_but(8)
 @pytest.mark.parametrize("title", TASKS)
 @pytest.mark.parametrize("name", strategy_names(with_truth=False))
 def test_bounds_are_the_extremes_over_every_filling(tmp_path: Path, name: str, title: str) -> None:
@@ -152,6 +153,7 @@ UNIQUE: dict[str, Task] = {
 }
 
 
+@pytest.mark.ci_but(6)
 @pytest.mark.parametrize("title", UNIQUE)
 @pytest.mark.parametrize("name", strategy_names(with_truth=False))
 def test_where_unique_things_stand_tells_states_apart(tmp_path: Path, name: str, title: str) -> None:
@@ -167,6 +169,7 @@ def test_where_unique_things_stand_tells_states_apart(tmp_path: Path, name: str,
         assert bounds.complete
 
 
+@pytest.mark.ci_but(6)
 @pytest.mark.parametrize("title", TASKS)
 @pytest.mark.parametrize("name", strategy_names(with_truth=False))
 def test_whatever_the_budget_bounds_hold_and_say_what_they_rest_on(tmp_path: Path, name: str, title: str) -> None:
@@ -184,6 +187,7 @@ def test_whatever_the_budget_bounds_hold_and_say_what_they_rest_on(tmp_path: Pat
             assert bounds.upper == pytest.approx(exact.upper)
 
 
+@pytest.mark.ci_but(6)
 @pytest.mark.parametrize("title", TASKS)
 @pytest.mark.parametrize("name", [n for n in STRATEGIES if n != "oracle"])
 def test_sharing_nodes_changes_no_bound(tmp_path: Path, name: str, title: str) -> None:
@@ -207,6 +211,7 @@ def test_the_cheapest_and_the_dearest_world_are_told_again_with_the_cost_of_the_
         assert ended.status is leaf.status
 
 
+@pytest.mark.ci_but(6)
 @pytest.mark.parametrize("title", TASKS)
 @pytest.mark.parametrize("segments", [0, 2, 5, 100_000])
 def test_what_is_told_of_groups_of_worlds_holds_in_each_of_them(tmp_path: Path, title: str, segments: int) -> None:
@@ -242,6 +247,7 @@ class Whimsical:
                       estimator=self.name)  # fmt: skip
 
 
+@pytest.mark.ci_but(2)
 @pytest.mark.parametrize("title", ["find", "two deliveries"])
 @pytest.mark.parametrize("name", ["opt-greedy", "model-lios", "scout-lios"])
 def test_bounds_hold_whatever_else_open_containers_held_and_did_to_the_beliefs(
@@ -282,6 +288,7 @@ def test_bounds_hold_whatever_else_open_containers_held_and_did_to_the_beliefs(
             assert bounds.complete, "distance alone decides"
 
 
+@pytest.mark.ci_but(3)
 @pytest.mark.parametrize("title", TASKS)
 @pytest.mark.parametrize("name", ["opt-greedy", "pes-greedy"])
 def test_a_strategy_that_is_said_to_ignore_beliefs_does(tmp_path: Path, name: str, title: str) -> None:
@@ -303,6 +310,7 @@ def test_a_strategy_that_is_said_to_ignore_beliefs_does(tmp_path: Path, name: st
         assert len(costs) == 1
 
 
+@pytest.mark.ci_but(6)
 @pytest.mark.parametrize("title", TASKS)
 @pytest.mark.parametrize("name", strategy_names(with_truth=False))
 def test_a_strategy_without_words_does_the_same(tmp_path: Path, name: str, title: str) -> None:

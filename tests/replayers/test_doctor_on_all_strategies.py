@@ -13,6 +13,7 @@ from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
 
 
+@pytest.mark.ci_but(4)
 @pytest.mark.parametrize("scenario", ["deliver-3", "any-of-three"])
 @pytest.mark.parametrize("name", strategy_names(with_truth=True))
 def test_every_strategy_records_a_sound_log(name: str, scenario: str, tmp_path: Path) -> None:

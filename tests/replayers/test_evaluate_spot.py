@@ -11,6 +11,7 @@ from replayers.runs.run import read
 from workbench.cli import run
 
 
+@pytest.mark.ci
 def test_evaluate_spot_answers_rows_and_keeps_logs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["evaluate", "spot", "-c", "A", "-s", "PesGreedy,conditioned-lios", "--estimator", "counts"]
     assert run([*arguments, "-o", str(tmp_path), "--json"]) == 0

@@ -371,6 +371,7 @@ def test_logs_that_lie_are_answered_in_one_line(name: str, tmp_path: Path, capsy
         assert "should not happen" not in capsys.readouterr().err, words
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("command", ["export", "compact", "split"])
 def test_a_disk_with_no_room_at_all_is_told_in_one_line_and_left_clean(
     command: str, log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

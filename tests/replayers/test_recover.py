@@ -107,6 +107,7 @@ def test_a_small_log_cut_anywhere_gives_all_that_was_flushed(apart: int, small: 
         assert saved == (None if cut < 8 else _flushed_before(small, cut, tmp_path)), cut
 
 
+@pytest.mark.ci
 def test_a_run_cut_here_and_there_gives_all_that_was_flushed(run_log: bytes, tmp_path: Path):
     for cut in range(8, len(run_log), 997):
         assert _saved(run_log[:cut], tmp_path) == _flushed_before(run_log, cut, tmp_path), cut
@@ -145,6 +146,7 @@ def test_a_flipped_byte_anywhere_in_a_small_log_is_noticed_and_costs_one_chunk_a
         assert set(saved) <= set(whole), at
 
 
+@pytest.mark.ci
 def test_a_flipped_byte_in_a_run_is_noticed_and_costs_one_chunk_at_most(run_log: bytes, tmp_path: Path):
     whole = _saved(run_log, tmp_path)
     assert whole is not None

@@ -108,6 +108,7 @@ def test_among_others_a_log_that_cannot_be_replayed_is_a_row_that_says_so(
     assert "task.json" in found[0]["reason"]
 
 
+@pytest.mark.ci
 def test_the_next_look_is_told_though_a_log_among_others_is_no_log(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -356,6 +357,7 @@ def test_a_misspelt_class_is_refused_and_among_others_a_row_and_a_failure(
     assert said.err.count("planner_here:Missing cannot be loaded") == 1
 
 
+@pytest.mark.ci
 def test_compare_says_on_how_many_logs_a_planner_broke(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -25,6 +25,7 @@ def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
     assert made.exact
 
 
+@pytest.mark.ci_but(5)
 @pytest.mark.parametrize(
     ("planner", "reason"),
     [
@@ -52,6 +53,7 @@ def test_misbehaving_is_a_status_with_its_reason(tmp_path: Path, planner: str, r
     assert (made.bounds, made.cost, made.exact) == (None, None, False)
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize(
     ("planner", "reason"),
     [("RaisesLater", "it raised ValueError: no idea of beds"), ("HangsLater", "no decision within")],
@@ -72,6 +74,7 @@ def test_breaking_only_where_the_log_cannot_tell_is_told_and_nothing_claimed(
     assert not made.worlds
 
 
+@pytest.mark.ci
 def test_a_process_that_died_is_started_again_but_not_for_ever(tmp_path: Path) -> None:
     with Sandboxed("misbehaving:Dies", origin=NameOrigin.USER) as planner:
         view = None

@@ -61,6 +61,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return log
 
 
+@pytest.mark.ci
 def test_a_drive_without_a_survey_drafts_one(driven: Path, home: Site, tmp_path: Path) -> None:
     draft = draft_site(driven)
     assert [stop.waypoint for stop in draft.stops] == ["wp-couch", "wp-countertop", "wp-dining-table"]

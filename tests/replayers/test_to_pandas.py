@@ -41,6 +41,7 @@ def in_arrow(values: list, kind: pa.DataType) -> pa.Array:
     return pa.array(values, pa.string()).dictionary_encode() if kind == WORD else pa.array(values, kind)
 
 
+@pytest.mark.ci_but(2)
 @pytest.mark.parametrize("kind", VALUES, ids=str)
 @given(data=st.data())
 def test_a_column_is_what_arrow_makes_of_the_values(kind: pa.DataType, data: st.DataObject):
@@ -127,6 +128,7 @@ def test_a_run_with_tables_is_freed_at_once(tmp_path: Path):
         gc.enable()
 
 
+@pytest.mark.ci_but(6)
 @pytest.mark.parametrize("path", sorted(LOGS.glob("*.mcap")), ids=lambda path: path.stem)
 def test_sample_logs_read_whole_or_table_by_table_are_the_same(path: Path):
     whole, lazy = replayers.read(path).tables, replayers.read_many(path)

@@ -133,6 +133,7 @@ def _flipped(data: bytes, *places: int) -> bytes:
     return bytes(changed)
 
 
+@pytest.mark.ci_but(4)
 @pytest.mark.parametrize("kind", DAMAGES)
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_filter_compact_and_convert_keep_what_recover_keeps(kind: str, layout: str, tmp_path: Path):

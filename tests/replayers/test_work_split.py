@@ -80,6 +80,7 @@ def test_families_name_strategies_that_there_are() -> None:
     assert set(members) <= {*strategy_names(with_truth=False), *VARIANTS}
 
 
+@pytest.mark.ci
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are copies on Linux only")
 @pytest.mark.parametrize(
     "names",
@@ -106,6 +107,7 @@ def _outcomes(output: Path, workers: int, names: str, logs: list[str]) -> list[d
     return json.loads(done.stdout)
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are copies on Linux only")
 @pytest.mark.parametrize("how", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGKILL])
 def test_what_is_stopped_stops_in_every_process(how: signal.Signals, tmp_path: Path) -> None:

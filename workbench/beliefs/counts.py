@@ -6,7 +6,9 @@ item; how much more often this container type holds items than others; this room
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -135,5 +137,10 @@ def _share(held: Floats, seen: Floats, prior: Floats | float, pseudo: float) -> 
 
 
 def _places(names: tuple[str, ...], wanted: tuple[str, ...]) -> Indices:
-    index = {name: i for i, name in enumerate(names)}
+    index = _index(names)
     return np.array([index.get(name, len(names)) for name in wanted], dtype=np.intp)
+
+
+@lru_cache(maxsize=64)
+def _index(names: tuple[str, ...]) -> Mapping[str, int]:
+    return {name: i for i, name in enumerate(names)}

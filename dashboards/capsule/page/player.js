@@ -46,7 +46,7 @@
   }
   const labels = [];
   const label = (text, kind, at) => { const div = document.createElement("div"); div.className = kind; div.textContent = text; $("labels").append(div); const made = { div, at, visible: true, kind }; labels.push(made); return made; };
-  data.house.rooms.forEach((room) => label(room.name, "room", [...room.at, 0.05]));
+  data.house.rooms.forEach((room) => { label(room.name, "room", [...room.spots[0], 0.05]).spots = room.spots; });
   const orderLabels = Array.from({ length: data.labelled }, () => label("", "order", [0, 0, 0]));
   const itemLabels = [];
   const robotLabels = runs.map((run) => { const made = label(run.name, "robot", [0, 0, 0]); made.div.style.color = `rgb(${run.colour})`; return made; });

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from dashboards.model.belief_series import Series
+from dashboards.model.containers.looks_in_vain import LooksInVain, looks_in_vain
 from dashboards.model.first_stop_costs import FirstLook, first_looks
 from dashboards.model.timeline import NEVER, DecisionFrame, Timeline
 from workbench.log_schema.events import SeenItem
@@ -62,6 +63,7 @@ class ContainerHistory:
         contents: what was seen in it by the moment; None while it is unopened.
         truth: what it held in truth, at the start; None unless asked for and recorded.
         belief: (stamp, probability of the item in focus) at each decision of the whole run that has one.
+        in_vain: looks that did not show the item in focus and may have missed it; None where there are none.
         considerations: the decisions up to the moment while it was unopened, the last first.
     """
 
@@ -74,6 +76,7 @@ class ContainerHistory:
     contents: tuple[ItemCount, ...] | None
     truth: tuple[ItemCount, ...] | None
     belief: Series
+    in_vain: LooksInVain | None
     considerations: tuple[Consideration, ...]
 
 
@@ -111,6 +114,7 @@ def container_history(
         contents=_counts(timeline, container.id, timeline.contents.get(container.id, ()), stamp_ns) if seen else None,
         truth=None if truth is None else _counts(timeline, container.id, truth.get(container.id, ()), stamp_ns),
         belief=_belief(timeline, container.id, focus),
+        in_vain=looks_in_vain(timeline, container.id, focus, stamp_ns),
         considerations=()
         if known
         else _considerations(timeline, container.id, min(stamp_ns, searched_ns - 1), focus),

@@ -55,6 +55,8 @@ class BeliefMarks:
         self._shown: dict[str, object] = {}
         self.numbered: tuple[Point, ...] = ()
         """Where numbers stand now."""
+        self.number_labels: tuple[tuple[str, tuple[float, float, float]], ...] = ()
+        """The same with their words and heights."""
         up = np.array([0.0, 0.0, MARK_UP_M], dtype=np.float32)
         self._bars = self._mesh("bars", unit_mesh("cylinder"), self._tops, opacity=0.9)
         self._marks = {
@@ -146,6 +148,7 @@ class BeliefMarks:
         if not self._changed("orders", [(i, 0.0 if i is None else float(height_m[i])) for i in at]):
             return
         taken: list[Point] = []
+        labels: list[tuple[str, tuple[float, float, float]]] = []
         for place, label in enumerate(self._orders):
             i = at[place] if place < len(at) else None
             label.visible = i is not None
@@ -155,9 +158,11 @@ class BeliefMarks:
             kind = f". {label_words(readable_name(self._plan.containers[i].type))}" if place == 0 else ""
             label.text = f"{place + 1}{kind}"
             near = sum(hypot(x - a, y - b) < CROWDED_M for a, b in taken)
-            label.position = (x, y, z + 0.15 + float(height_m[i]) + CROWDED_UP_M * near)
+            at_m = (x, y, z + 0.15 + float(height_m[i]) + CROWDED_UP_M * near)
+            label.position = at_m
             taken.append((x, y))
-        self.numbered = tuple(taken)
+            labels.append((label.text, at_m))
+        self.numbered, self.number_labels = tuple(taken), tuple(labels)
 
     def _changed(self, name: str, value: object) -> bool:
         """Whether a value differs from what was sent last; stores it."""

@@ -11,10 +11,13 @@ from typing import final
 
 import viser
 
+from dashboards.geometry.floors import Floor
 from dashboards.geometry.goal_places import goal_frames
 from dashboards.geometry.house import HouseShape
 from dashboards.geometry.occupancy import occupancy_mesh
+from dashboards.geometry.room_names import PictureView, Point3, label_box, room_name_places
 from dashboards.geometry.solids import Batch, unit_mesh
+from dashboards.geometry.walls import CUT_AWAY_M
 from dashboards.model.containers.item_marks import ItemMarks
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import Scene
@@ -25,9 +28,12 @@ from dashboards.viser_app.drawing.item_layer import ItemLayer
 from workbench.arrays import Bools
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import Task
+from workbench.worlds.geometry import Point
 from workbench.worlds.maps.occupancy import OccupancyGrid
 from workbench.worlds.names import readable_name
 
+WALL_M = {"cut": CUT_AWAY_M, "whole": 2.7, "none": 0.0}
+"""How high walls are taken to be, by how they are shown."""
 SHADE = 0.07
 """Opacity of one layer of the shade under furniture; three are stacked."""
 
@@ -42,6 +48,9 @@ class Stage:
         self._handles: list[viser.SceneNodeHandle] = []
         self._walls: dict[str, list[viser.BatchedMeshHandle]] = {}
         self._rooms: list[viser.LabelHandle] = []
+        self._floors: tuple[Floor, ...] = ()
+        self._named_items: tuple[tuple[str, Point3], ...] = ()
+        self._rooms_shown: object = None
         self._occupancy: viser.MeshHandle | None = None
         self._marks: BeliefMarks | None = None
         self._items: ItemLayer | None = None
@@ -86,9 +95,29 @@ class Stage:
         if self._occupancy is not None:
             self._occupancy.visible = visible
 
-    def show_room_names(self, visible: bool) -> None:
-        for label in self._rooms:
-            label.visible = visible
+    def show_room_names(self, view: PictureView | None, walls: str) -> None:
+        """Shows the names of rooms where numbers and items leave room for them; without a view none."""
+        marks = (self._marks.number_labels if self._marks is not None else (), self._named_items)
+        wanted = (view, walls, *marks)
+        if wanted == self._rooms_shown:
+            return
+        self._rooms_shown = wanted
+        places: list[Point | None] = [None] * len(self._rooms)
+        if view is not None:
+            boxes = [label_box(at, words, view) for named in marks for words, at in named]
+            places = room_name_places(
+                self._floors,
+                [label.text for label in self._rooms],
+                view,
+                wall_m=WALL_M[walls],
+                taken=[box for box in boxes if box is not None],
+            )
+        with self._client.atomic():
+            for label, place in zip(self._rooms, places, strict=True):
+                if place is not None and tuple(label.position[:2]) != place:
+                    label.position = (*place, 0.05)
+                if label.visible != (place is not None):
+                    label.visible = place is not None
 
     def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
         """Creates as many actors as there are runs, in their colours; the first is in focus.
@@ -113,6 +142,7 @@ class Stage:
     def show_items(self, marks: ItemMarks) -> None:
         """Shows the items that were seen."""
         if self._items is not None:
+            self._named_items = marks.names
             with self._client.atomic():
                 self._items.show(marks)
 
@@ -126,6 +156,7 @@ class Stage:
         for handle in self._handles:
             handle.remove()
         self._handles, self._rooms, self._walls = [], [], {}
+        self._floors, self._named_items, self._rooms_shown = (), (), None
         self._occupancy, self._marks, self._items = None, None, None
 
     def _add_occupancy(self, grid: OccupancyGrid | None) -> None:
@@ -138,6 +169,7 @@ class Stage:
         self._handles.append(self._occupancy)
 
     def _add_floors(self, shape: HouseShape) -> None:
+        self._floors = tuple(shape.floors)
         for i, floor in enumerate(shape.floors):
             mesh = self._scene.add_mesh_simple(
                 f"/house/floors/{i}",

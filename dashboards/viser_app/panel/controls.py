@@ -23,6 +23,7 @@ from dashboards.panels.comparison import comparison
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.live.ghosts import ghosts
+from dashboards.panels.live.session_status import session_status
 from dashboards.panels.markup import error_line, style
 from dashboards.panels.memory import memory
 from dashboards.panels.now import legend, now, run_signs, title
@@ -103,6 +104,7 @@ class Controls:
         self._add("trouble")
         self._add("ghosts")
         self._add("now")
+        self._add("status")
         self._build_time()
         go = gui.add_text("Go to", "", hint="Seconds, or: decision 7, seek 12.5, open 2, overlay 3.")
         go.on_update(lambda _: self._execute_field(go))
@@ -246,6 +248,7 @@ class Controls:
         frame = timeline.decisions[at] if at >= 0 else None
         robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
         self._draw("now", lambda: now(scene))
+        self._draw("status", lambda: self._status(scene.stamp_ns))
         self._draw("beliefs", lambda: beliefs(scene, timeline))
         self._draw("plan", lambda: plan(scene))
         self._draw(
@@ -273,6 +276,14 @@ class Controls:
     def _not_shown(self) -> int:
         """How many of the logs that can be opened are not on show."""
         return len(self._session.library.paths) - len(self._session.clock.timelines)
+
+    def _status(self, stamp_ns: int) -> Markup:
+        """How the session of the run in focus goes; empty where its log does not tell."""
+        senses, run = self._session.senses, self._session.clock.timelines[0].run
+        if senses is None or not senses.has_status:
+            return Markup("")
+        live = self._session.state.live and not run.complete
+        return session_status(senses.status(stamp_ns), stamp_ns, live=live, strategy=run.info.strategy)
 
     def _show_cameras(self, stamp_ns: int) -> None:
         """The window of pictures: shown only when the run has cameras and the option is on."""

@@ -29,7 +29,10 @@ def run(
     site: SiteOption,
     task: Annotated[Path | None, Option("--task", help="The task (YAML); default: deliver.yaml of the site.")] = None,
     strategy: Annotated[str, Option("--strategy", "-s", help="Strategy by name.")] = "conditioned-lios",
-    estimator: Annotated[str, Option("--estimator", help="Estimator: counts, fcnn, best, people, mixed.")] = "best",
+    estimator: Annotated[
+        str,
+        Option("--estimator", help="counts, fcnn, best, people, mixed, a .safetensors, a .prompt, or module:Class."),
+    ] = "best",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     speed: Annotated[float | None, Option("--speed", help="Speed limit in m/s.")] = None,
     look: Annotated[float, Option("--look", help="Duration of a look in seconds.")] = 6.0,

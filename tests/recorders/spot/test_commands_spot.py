@@ -49,6 +49,7 @@ def test_site_check(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert said.startswith("x: 1 room, 0 containers, 0 tags; ")
 
 
+@pytest.mark.ci
 def test_spot_run_and_what_can_be_done_with_its_log(
     robot: tuple[SimulatedSpot, list[str]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

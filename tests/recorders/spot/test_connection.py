@@ -65,6 +65,7 @@ def _logged_in(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BOSDYN_CLIENT_PASSWORD", "simulated")
 
 
+@pytest.mark.ci_but(3)
 @pytest.mark.usefixtures("_logged_in")
 @pytest.mark.parametrize("missing", ["time-sync", "image", *SENSES, *MOTION, "manipulation"])
 def test_a_robot_without_a_service_is_told_in_one_line_before_anything_moves(
@@ -116,6 +117,7 @@ def test_a_robot_of_older_software_is_checked_and_nothing_but_the_answer_is_prin
     assert "waypoints" in found["map"]
 
 
+@pytest.mark.ci
 def test_a_robot_of_software_3_runs_the_task_without_a_call_that_it_does_not_know(tmp_path: Path) -> None:
     with robot(software="3.0.0") as (spot, connection):
         report = run_and_record(connection, run_of(spot, "pes-greedy"), tmp_path / "run.mcap")

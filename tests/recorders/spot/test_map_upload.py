@@ -57,6 +57,7 @@ def _write(graph: Any, folder: Path) -> None:
         (folder / "waypoint_snapshots" / waypoint.snapshot_id).write_bytes(snapshot.SerializeToString())
 
 
+@pytest.mark.ci
 def test_a_robot_that_was_restarted_gets_its_map_again(tmp_path: Path) -> None:
     with robot() as (spot, connection):
         client = connection.client("graph-nav-service")

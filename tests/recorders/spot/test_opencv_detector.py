@@ -65,6 +65,7 @@ def turned(axis: tuple[float, float, float], angle_rad: float) -> Quat:
     return FACING * Quat(w=np.cos(angle_rad / 2), x=axis[0] * s, y=axis[1] * s, z=axis[2] * s)
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize(
     ("lens", "axis", "angle_rad"),
     [

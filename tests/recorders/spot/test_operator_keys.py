@@ -95,6 +95,7 @@ def is_walking(spot: SimulatedSpot) -> bool:
         return state.body.walk is not None and state.body.walk.state == "walking"
 
 
+@pytest.mark.ci
 def test_a_note_is_typed_while_everything_is_recorded(tmp_path: Path) -> None:
     log = tmp_path / "s.mcap"
     with terminal("spot", "record", "-o", str(log), "--images-hz", "0", folder=tmp_path) as (window, _spot):

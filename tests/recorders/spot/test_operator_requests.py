@@ -64,6 +64,7 @@ def test_a_paused_robot_stands_and_walks_on_without_being_asked(
     assert all(action.success for action in run.actions)
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("while_looking", [False, True])
 def test_a_skipped_container_is_refused_and_the_search_goes_on(
     while_looking: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -71,6 +71,7 @@ def within(facts: list[ClockSkew]) -> int:
     return max(5_000_000, *(fact.round_trip_ns // 2 + 100_000 for fact in facts))
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("skew_s", [-3600.0, 0.75])
 def test_a_skewed_robot_clock_ends_up_within_5_ms(skew_s: float, tmp_path: Path) -> None:
     """publish_time is our time of the robot's stamp; the robot's own stamp stays in its message."""
@@ -101,6 +102,7 @@ def suffer(spot: SimulatedSpot, kind: FaultKind, for_s: float, over_ns: list[int
 OFTEN = (FaultKind.DROPPED, FaultKind.CLOCK_SKEW, FaultKind.LOST_LEASE)
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("kind", [k if k in OFTEN else pytest.param(k, marks=pytest.mark.slow) for k in FaultKind])
 def test_failures_while_recording_leave_the_log_whole(kind: FaultKind, tmp_path: Path) -> None:
     log, over_ns = tmp_path / "s.mcap", list[int]()
@@ -149,6 +151,7 @@ def wait_for_more(count: Callable[[], int], more: int) -> None:
     wait_until(lambda: count() >= enough)
 
 
+@pytest.mark.ci
 def test_messages_of_a_gap_of_the_time_sync_are_marked_one_by_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -249,6 +252,7 @@ def test_nothing_secret_is_in_a_log(tmp_path: Path) -> None:
     assert b"open-sesame-42" not in held
 
 
+@pytest.mark.ci
 def test_a_slow_camera_does_not_hold_up_the_odometry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import recorders.spot.simulated.services.images as images
 

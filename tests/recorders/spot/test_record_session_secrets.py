@@ -31,6 +31,7 @@ def everything(path: Path) -> Iterator[bytes]:
             yield repr(metadata).encode()
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("command", ["record", "run"])
 def test_nothing_of_a_login_is_in_a_log(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]

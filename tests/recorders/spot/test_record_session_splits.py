@@ -37,6 +37,7 @@ def test_a_session_goes_on_in_further_files_and_nothing_is_lost_between_them(tmp
     assert read(merged).complete
 
 
+@pytest.mark.ci
 def test_the_last_seconds_are_kept_and_written_at_the_end(tmp_path: Path) -> None:
     plan = SessionPlan(site=load_site("paper_home"), rates=QUICK, for_s=4.0, keep_last_s=1.5)
     with robot(clock=RunningClock()) as (_spot, connection):
@@ -51,6 +52,7 @@ def test_the_last_seconds_are_kept_and_written_at_the_end(tmp_path: Path) -> Non
     assert not [f for f in examine(tmp_path / "s.mcap").findings if f.level == "error"]
 
 
+@pytest.mark.ci
 def test_a_moment_is_saved_by_key_after_it_happened(tmp_path: Path) -> None:
     log = tmp_path / "s.mcap"
     arguments = ["spot", "record", "-o", str(log), "--images-hz", "0", "--keep-last", "2"]

@@ -229,6 +229,7 @@ def test_where_things_are_put_down_by_hand() -> None:
     assert place_on(table, far, 0.5)[0] == pytest.approx(0.95), "no farther than the arm reaches"
 
 
+@pytest.mark.ci
 def test_an_arm_that_stalls_keeps_what_it_holds(tmp_path: Path) -> None:
     with robot() as (spot, connection):
         spot.state.arm_stalls = True
@@ -262,6 +263,7 @@ def test_a_camera_that_the_robot_does_not_have_is_said_before_recording(tmp_path
     assert not (tmp_path / "s.mcap").exists()
 
 
+@pytest.mark.ci
 def test_one_sense_in_trouble_is_no_gap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The local grid's service fails all the time; everything else goes on."""
 

@@ -59,6 +59,7 @@ def test_the_papers_delivery_from_log_in_to_lease_returned(tmp_path: Path) -> No
     assert [a.travel_m for a in moved] == pytest.approx(planned, abs=0.8)
 
 
+@pytest.mark.ci
 def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
     told: list[list[object]] = []
     for number in range(2):
@@ -89,6 +90,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.ci_but(4)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_failures_during_a_run(fault: str, tmp_path: Path) -> None:
     status, reason = FAULTS[fault]
@@ -104,6 +106,7 @@ def test_failures_during_a_run(fault: str, tmp_path: Path) -> None:
     assert reason in told
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(("away_s", "status"), [(1.0, "done"), pytest.param(60.0, "aborted", marks=pytest.mark.slow)])
 def test_a_network_that_goes_away(away_s: float, status: str, tmp_path: Path) -> None:
     """Short: the run goes on. Long: it ends, the log is whole; the lease cannot be returned while nobody hears it."""
@@ -166,6 +169,7 @@ def test_a_planner_that_raises_does_not_keep_the_lease(tmp_path: Path, monkeypat
     assert messages(tmp_path / "run.mcap")
 
 
+@pytest.mark.ci
 def test_without_an_arm_a_helper_hands_things_over(tmp_path: Path) -> None:
     site, _ = placed()
     armless = replace(site, robot=replace(site.robot, arm=False))
@@ -190,6 +194,7 @@ def test_without_an_arm_and_a_helper_nothing_is_picked(tmp_path: Path) -> None:
     assert "nobody was there" in " ".join(a.reason for a in whole(tmp_path / "run.mcap").actions)
 
 
+@pytest.mark.ci
 def test_a_site_without_waypoints_goes_to_map_poses(tmp_path: Path) -> None:
     site, _ = placed()
     with robot() as (spot, connection):

@@ -50,6 +50,7 @@ def interrupted(
     return read(log)
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("strategy", ["pes-greedy", "conditioned-lios"])
 def test_an_interrupted_task_goes_on_with_what_its_log_knows_and_replays_know_it_too(
     strategy: str, tmp_path: Path
@@ -104,6 +105,7 @@ def test_what_was_in_the_gripper_must_be_said_to_be_somewhere(tmp_path: Path) ->
         assert spot.state.leases.owner is None
 
 
+@pytest.mark.ci
 def test_sessions_of_one_home_are_joined_and_the_later_look_counts(tmp_path: Path) -> None:
     site, _ = placed()
     with robot() as (spot, connection):

@@ -224,6 +224,7 @@ def steps(run: Run) -> list[tuple[str, str]]:
     return [(action.action, action.target) for action in run.actions if action.success]
 
 
+@pytest.mark.ci
 def test_the_same_run_comes_out_of_its_bag(
     recorded: tuple[Run, SessionBag], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -266,6 +267,7 @@ def test_the_same_run_comes_out_of_its_bag(
     assert {row["status"] for row in rows} <= {"done", "undetermined"}
 
 
+@pytest.mark.ci
 def test_a_site_is_drafted_from_a_bag(
     recorded: tuple[Run, SessionBag], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -282,6 +284,7 @@ def test_a_site_is_drafted_from_a_bag(
     assert lios(["site", "check", str(tmp_path / "home")]) in (0, 1)
 
 
+@pytest.mark.ci
 def test_two_robots_in_one_bag_are_told_apart_by_the_mapping(
     recorded: tuple[Run, SessionBag], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

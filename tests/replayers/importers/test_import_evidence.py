@@ -53,6 +53,7 @@ def contents(log: Path) -> dict[str, list[str]]:
     return {o.container: [i.type for i in o.items] for o in read(log).observations}
 
 
+@pytest.mark.ci_but(2)
 @pytest.mark.parametrize("age_s", [0.0, 3600.0])
 @pytest.mark.parametrize("recorded_at_s", [0.0, 14.0])
 def test_static_transforms_hold_for_all_time(
@@ -167,6 +168,7 @@ def test_a_bag_of_a_new_place_needs_no_site_and_makes_a_draft_with_its_own_map(
     assert 10 <= len(seen) <= 16, "tags for the draft, at most one a second"
 
 
+@pytest.mark.ci
 def test_a_log_without_a_planner_names_the_way_to_plan(
     site: Site, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

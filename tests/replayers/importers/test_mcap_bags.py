@@ -105,6 +105,7 @@ def test_topics_whose_schema_cannot_be_parsed_are_skipped_and_told(
     assert "cannot be parsed" in answer["skipped"]["/service"]
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("options", [{"use_chunking": False}, {"index_types": 0}, {"use_statistics": False}])
 def test_neighbours_swapped_come_in_order_with_and_without_indexes(
     options: dict[str, Any], recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -73,6 +73,7 @@ def assert_whole(bag: Path, folder: Path, capsys: pytest.CaptureFixture[str]) ->
     assert {o.container: [i.type for i in o.items] for o in read(log).observations} == {"countertop": ["WaterBottle"]}
 
 
+@pytest.mark.ci_but(3)
 @pytest.mark.parametrize(
     "change",
     [
@@ -158,6 +159,7 @@ def test_what_a_killed_recorder_left_in_its_write_ahead_log_is_read(
     assert (killed / "bag_0.db3").read_bytes() == before
 
 
+@pytest.mark.ci_but(1)
 @pytest.mark.parametrize("storage", [StoragePlugin.SQLITE3, StoragePlugin.MCAP])
 def test_bags_compressed_by_file_or_by_message_are_read(
     tmp_path: Path, storage: StoragePlugin, capsys: pytest.CaptureFixture[str]

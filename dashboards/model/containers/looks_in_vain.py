@@ -1,0 +1,65 @@
+"""What is left of a belief after looks that could have missed the item: Bayes, look by look."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dashboards.model.belief_series import Series
+from dashboards.model.timeline import Timeline
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LooksInVain:
+    """Looks into one container that did not show an item that they could have missed.
+
+    Attributes:
+        p_detect: the chance that the last of them detects the item where it is.
+        posterior: (stamp, probability that it is there nevertheless): the first that a decision of the run gave it,
+            and one more after each look of the whole run.
+        by_now: how many of them were made by the moment.
+    """
+
+    p_detect: float
+    posterior: Series
+    by_now: int
+
+    @property
+    def prior(self) -> float:
+        return self.posterior[0][1]
+
+    @property
+    def left(self) -> float:
+        """The chance that is left at the moment."""
+        return self.posterior[self.by_now][1]
+
+
+def looks_in_vain(timeline: Timeline, container: str, item_type: str, stamp_ns: int) -> LooksInVain | None:
+    """The looks in vain up to the one that showed the item; None where looks show everything or nothing is believed.
+
+    Each look detects the item, where it is, with p_detect of the log: p becomes p (1 - p_detect) / (1 - p p_detect).
+    """
+    begun = _first_belief(timeline, container, item_type)
+    if begun is None:
+        return None
+    posterior, p_detect = [begun], 1.0
+    for seen in sorted(timeline.run.observations, key=lambda o: o.stamp.ns):
+        if seen.container != container or seen.known_at_start or seen.look is None:
+            continue
+        told = dict(zip(seen.look.item_types, seen.look.p_detect, strict=True))
+        if item_type not in told or any(item.type == item_type for item in seen.items):
+            break
+        p_detect, p = told[item_type], posterior[-1][1]
+        left = 1.0 - p * p_detect
+        posterior.append((seen.stamp.ns, p * (1.0 - p_detect) / left if left > 0 else 0.0))
+    if len(posterior) == 1:
+        return None
+    return LooksInVain(p_detect=p_detect, posterior=posterior, by_now=sum(at <= stamp_ns for at, _ in posterior[1:]))
+
+
+def _first_belief(timeline: Timeline, container: str, item_type: str) -> tuple[int, float] | None:
+    for frame in timeline.decisions:
+        belief = frame.belief
+        if belief is not None and item_type in belief.item_types and container in belief.containers:
+            row, column = belief.item_types.index(item_type), belief.containers.index(container)
+            return frame.stamp_ns, float(belief.probability[row][column])
+    return None

@@ -1,0 +1,1 @@
+"""Commands under `lios site` that read logs and maps of GraphNav."""
