@@ -11,6 +11,7 @@ import shapely
 
 from dashboards.geometry.floors import Floor
 from workbench.arrays import Floats
+from workbench.tolerances import MIN_LENGTH_M, MIN_SLOPE
 from workbench.worlds.geometry import Point
 
 Box = tuple[float, float, float, float]
@@ -42,7 +43,7 @@ class PictureView:
         back = back / np.linalg.norm(back)
         right = np.cross((0.0, 0.0, 1.0), back)
         long = float(np.linalg.norm(right))
-        right = right / long if long > 1e-6 else np.array([1.0, 0.0, 0.0])
+        right = right / long if long > MIN_LENGTH_M else np.array([1.0, 0.0, 0.0])
         return np.stack([right, np.cross(back, right), back])
 
     def pixel(self, point: Point3) -> tuple[float, float] | None:
@@ -62,7 +63,7 @@ class PictureView:
         across = (x_px - self.width / 2) / (self.height / 2) * self.half_tan
         along = (self.height / 2 - y_px) / (self.height / 2) * self.half_tan
         ray = right * across + up * along - back
-        if ray[2] > -1e-6:
+        if ray[2] > -MIN_SLOPE:
             return None
         at = np.array(self.position) - ray * (self.position[2] / ray[2])
         return float(at[0]), float(at[1])
@@ -131,7 +132,7 @@ def _is_behind(floor: Floor, spot: Point, view: PictureView, wall_m: float) -> b
     """Whether a wall of the room stands between the spot and the camera."""
     x, y = view.position[0] - spot[0], view.position[1] - spot[1]
     away, high = hypot(x, y), view.position[2]
-    if wall_m <= 0 or high <= 0 or away < 1e-6:
+    if wall_m <= 0 or high <= 0 or away < MIN_LENGTH_M:
         return False
     reach = min(1.0, wall_m / high)
     return not floor.polygon.contains(shapely.LineString([spot, (spot[0] + x * reach, spot[1] + y * reach)]))
