@@ -165,7 +165,7 @@ def test_the_strip_has_every_phase_and_decision(alignment: str) -> None:
     clock = Clock(timelines=(OURS,), alignment=alignment)  # type: ignore[arg-type]
     made = strip(clock, ["lios"], [run_colour(0)])
     assert made.count("<title>move to") == 3
-    assert made.count('stroke="#23262b"/>') == 3
+    assert made.count('class="mark"/>') == 3
     assert "left:100.000%" in cursor(clock, clock.end)
 
 

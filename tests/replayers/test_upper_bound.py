@@ -86,7 +86,7 @@ def test_nobody_looks_when_nothing_is_missing(tmp_path: Path) -> None:
     assert most.nothing_missing(knows(evidence, "Mug|1", "Book|1"))
     assert (
         most.direct_route_bound(knows(evidence, "Mug|1", "Book|1"))
-        <= most.going_straight(knows(evidence, "Mug|1")) / 2
+        <= most.direct_route_bound(knows(evidence, "Mug|1")) / 2
     )
 
 
@@ -129,7 +129,7 @@ def test_nearest_first_is_never_bounded_worse(tmp_path: Path, kind: ItemType) ->
     evidence = toy_evidence(tmp_path, find_task(kind, START))
     start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
     any_order, nearest = (UpperBound(evidence, nearest_first=n) for n in (False, True))
-    assert nearest.direct_route_bound(start) <= any_order.going_straight(start)
+    assert nearest.direct_route_bound(start) <= any_order.direct_route_bound(start)
 
 
 def test_a_look_with_the_hand_full_may_begin_where_an_item_stood(tmp_path: Path) -> None:
