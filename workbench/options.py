@@ -30,7 +30,7 @@ AlsoLearnt = Annotated[
 ]
 MemoryLogs = Annotated[
     list[Path] | None,
-    Option("--memory", help="Logs of earlier runs of the place, or a folder of them, to go by; repeatable."),
+    Option("--memory", help="Logs of earlier runs of the place to remember, or a folder of them; repeatable."),
 ]
 MoveRatesFile = Annotated[
     Path | None,
@@ -67,6 +67,6 @@ ServePort = Annotated[
         "--serve",
         min=0,
         max=65535,
-        help="Show it to Foxglove or Lichtblick on this port of this machine while it is recorded; usual: 8765.",
+        help="Show it to Foxglove or Lichtblick on this port of this machine (usually 8765) while it is recorded.",
     ),
 ]

@@ -21,21 +21,21 @@ def export(
     where: Annotated[list[str], Argument(help="Logs, folders or patterns.")],
     output: Annotated[
         Path,
-        Option("-o", "--output", help="The folder to make; or x.csv, x.parquet: one table; x.rrd: one log."),
+        Option("-o", "--output", help="A folder; or x.csv or x.parquet for one table, x.rrd for one log."),
     ],
     file_format: Annotated[
-        str, Option("--format", help="parquet, csv or rrd (for Rerun's viewer); default: as the output is named.")
+        str, Option("--format", help="parquet, csv or rrd (for Rerun's viewer); default: by the output's extension.")
     ] = "",
     table: Annotated[list[str] | None, Option("--table", "-t", help="Only this table; may be repeated.")] = None,
     partition_by: Annotated[
-        str, Option("--partition-by", help="place, scenario, strategy, source, run_id; commas between.")
+        str, Option("--partition-by", help="place, scenario, strategy, source, run_id; separated by commas.")
     ] = "",
-    force: Annotated[bool, Option("--force", help="Replace files that are there.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace existing files.")] = False,
     as_json: Json = False,
 ) -> None:
     """Write the tables of logs: runs, decisions, observations, beliefs, find_costs, plans, actions, poses.
 
-    With --format rrd, write a recording for Rerun's viewer of each log: house, way, beliefs, costs, notes.
+    With --format rrd, write a recording for Rerun's viewer of each log: house, path, beliefs, costs, notes.
 
     Examples:
 

@@ -16,7 +16,7 @@ def render(
     video: Annotated[bool, Option("--video", help="A video (MP4) instead of a picture.")] = False,
     until: Annotated[float | None, Option(help="Where a video ends, in seconds after the start.")] = None,
     speed: Annotated[float, Option(help="Seconds of the run in one second of the video.")] = 4.0,
-    fps: Annotated[int, Option(help="Frames a second of a film.")] = 24,
+    fps: Annotated[int, Option(help="Frames per second of a video.")] = 24,
     width: Annotated[int, Option(help="Width in pixels.")] = 1280,
     height: Annotated[int, Option(help="Height in pixels.")] = 720,
     from_above: Annotated[bool, Option("--from-above", help="Look straight down.")] = False,

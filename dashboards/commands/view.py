@@ -20,19 +20,19 @@ def view(
     follow: Annotated[bool, Option("--follow", help="Show a run while it is being recorded.")] = False,
     ghosts: Annotated[
         str,
-        Option(help="With --follow: strategies to replay beside the run, with commas between them."),
+        Option(help="With --follow: strategies to replay beside the run, separated by commas."),
     ] = "",
     memory: Annotated[
         bool, Option("--memory", help="Also show where each item was seen over days, in logs of one place.")
     ] = False,
     no_token: Annotated[
-        bool, Option("--no-token", help="Let in every program of this machine; not for other addresses.")
+        bool, Option("--no-token", help="Admit every program on this machine; refused for other addresses.")
     ] = False,
 ) -> None:
     """Look at runs in 3D in a browser.
 
-    Several logs are laid over each other on one clock; a folder opens as a table of its runs. The address that is
-    printed holds a token; who does not have it is not answered.
+    Several logs are laid over each other on one clock; a folder opens as a table of its runs. The printed address
+    contains a token; requests without it are refused.
 
     Examples:
 

@@ -13,7 +13,7 @@ from dashboards.library.run_table import NotRecorded, evaluation_in, log_rows, t
 from dashboards.model.replay_bounds import stored_beside
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
-from dashboards.sensing.senses import RobotSensors, sensors_of
+from dashboards.sensing.robot_sensors import RobotSensors, sensors_of
 from replayers.live.ghost_bounds import GhostReport
 from replayers.log_tools.notes import Note, notes_of
 from replayers.runs.growing_log import GrowingLog

@@ -15,8 +15,8 @@ from dashboards.rerun_export.containers import log_containers
 from dashboards.rerun_export.house import log_house
 from dashboards.rerun_export.robot import log_robot
 from dashboards.rerun_export.series import log_series
+from dashboards.rerun_export.text_log import log_words
 from dashboards.rerun_export.times import SINCE_START
-from dashboards.rerun_export.words import log_words
 from replayers.log_tools.notes import Note
 from workbench.errors import OutputExists
 from workbench.files import atomic

@@ -48,7 +48,8 @@ def update_address(query: str) -> Markup:
 
 def scale_bar(width_px: float, words: str) -> Markup:
     """Markup that shows a bar of a width and what length it is in the view's corner."""
-    code = f"window.liosScale({width_px:.1f},{dumps(words)})"
+    shown = f"window.liosScale({width_px:.1f},{dumps(words)})"
+    code = f"(function show(){{window.liosScale?{shown}:setTimeout(show,100)}})()"  # the script may come later
     return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
 
 

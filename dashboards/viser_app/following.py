@@ -12,7 +12,7 @@ from threading import Event, Thread
 
 from dashboards.library.library import Library
 from dashboards.viser_app.session import Session
-from dashboards.viser_app.trouble import ViewErrors
+from dashboards.viser_app.view_errors import ViewErrors
 from workbench.errors import LiosError
 
 EVERY_S = 0.5

@@ -15,7 +15,7 @@ import msgspec
 
 from dashboards.library.library import Library
 from dashboards.viser_app.session import Session
-from dashboards.viser_app.trouble import ViewErrors
+from dashboards.viser_app.view_errors import ViewErrors
 from replayers.batch.replay_all import strategies_named
 from replayers.counterfactual.sandbox import require_planner
 from replayers.live.ghost_bounds import GhostReport

@@ -26,12 +26,12 @@ from dashboards.model.run_names import run_names
 from dashboards.model.scene import Scene, scene_at
 from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour
-from dashboards.sensing.senses import RobotSensors
+from dashboards.sensing.robot_sensors import RobotSensors
 from dashboards.viser_app.cameras import behind, close_to, look, view_of
 from dashboards.viser_app.drawing.sensor_layers import SensorLayers
 from dashboards.viser_app.drawing.stage import Stage
 from dashboards.viser_app.fitted_camera import FittedCamera
-from dashboards.viser_app.trouble import ViewErrors
+from dashboards.viser_app.view_errors import ViewErrors
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from replayers.log_tools.notes import Note
 from workbench.arrays import Bools

@@ -159,6 +159,12 @@ API = {
     "Execution": ("workbench.execution.loop", "workbench.execution.events"),
     "Recording": ("recorders.run_recorder", "recorders.simulated_run"),
     "Counterfactuals": ("replayers.counterfactual.replay", "replayers.counterfactual.logged_world"),
+    "Evaluation": (
+        "workbench.evaluation.evaluations",
+        "workbench.evaluation.beliefs.report",
+        "workbench.evaluation.search.report",
+        "workbench.evaluation.tasks.experiment",
+    ),
     "Errors": ("workbench.errors",),
 }
 

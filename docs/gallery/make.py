@@ -20,8 +20,10 @@ from typing import Any
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from dashboards.model.timeline import timeline_of
 from dashboards.rendering.chromium import FLAGS
 from dashboards.viser_app.serving import open_dashboard
+from replayers.runs.run import read
 
 HERE = Path(__file__).resolve().parent
 LOGS = HERE.parents[1] / "logs"
@@ -88,6 +90,18 @@ def demo(folder: Path) -> list[Path]:
     replays = sorted((folder / "demo" / "replays").rglob("*.replay.mcap"))
     named = [next(p for p in replays if p.name.startswith(n)) for n in ("opt-greedy", "conditioned-lios", "oracle")]
     return [folder / "demo" / "run.mcap", *named]
+
+
+def readme(browser: Browser, folder: Path) -> None:
+    """The picture at the top of the README and of the documentation."""
+    logs = [LOGS / f"find-{name}.mcap" for name in ("lios", "greedy", "conditioned-lios")]
+    with shown(browser, logs, "at=14") as page, Image.open(io.BytesIO(page.screenshot())) as image:
+        image.convert("RGB").save(HERE.parent / "images" / "dashboard.png", optimize=True)
+
+
+def dark(browser: Browser, folder: Path) -> None:
+    with shown(browser, demo(folder), "at=14&theme=dark") as page:
+        keep(tab(page, "Plots"), "dark")
 
 
 def first_view(browser: Browser, folder: Path) -> None:
@@ -162,10 +176,16 @@ def robot(browser: Browser, folder: Path) -> None:
     finally:
         robot_.terminate()
         robot_.wait()
-    with shown(browser, [folder / "spot.mcap"], "at=45") as page:
+    with shown(browser, [folder / "spot.mcap"], f"at={middle_decision(folder / 'spot.mcap')}") as page:
         keep(page.screenshot(), "robot_run")
     with shown(browser, [folder / "session.mcap"], "at=80") as page:
         keep(page.screenshot(), "robot_session")
+
+
+def middle_decision(log: Path) -> float:
+    """A moment after the middle decision of a run, in seconds: something has been searched, something is to come."""
+    timeline = timeline_of(read(log))
+    return round(timeline.seconds(timeline.decision_ns[len(timeline.decision_ns) // 2]) + 1.0, 1)
 
 
 def capsule(browser: Browser, folder: Path) -> None:
@@ -188,6 +208,8 @@ def pictures(browser: Browser, folder: Path) -> None:
 
 
 PICTURES: dict[str, Callable[[Browser, Path], None]] = {
+    "readme": readme,
+    "dark": dark,
     "first_view": first_view,
     "demo_panels": demo_panels,
     "task": task,

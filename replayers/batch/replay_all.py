@@ -25,6 +25,7 @@ from replayers.batch.log_replayer import (
 )
 from replayers.batch.work_split import WorkPackage, work_packages
 from replayers.counterfactual.prepared_log import PreparedLog
+from replayers.log_tools.log_paths import matching_logs
 from workbench.errors import BadValue, FileMissing, MalformedFile
 from workbench.evaluation.cluster import in_order_on_cluster
 from workbench.planning.strategies import resolved_name, strategy_names
@@ -45,26 +46,31 @@ FEW_OPEN = 6
 """With fewer open containers, one process replays a log before others would have started."""
 
 
+REPLAY_SUFFIX = ".replay.mcap"
+"""Ends the names of replays that are kept as logs."""
+
 Handed = Iterator[Outcome | None]
 """None once all work has been handed out; then the outcomes."""
 
 
 def logs_among(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """The logs that paths name: files as given, and every .mcap below a folder that is no replay; sorted.
+    """The logs that paths name: files as given, and every .mcap of a folder or pattern that is no replay; sorted.
 
     Raises:
-        FileMissing: a path that is not there.
+        FileMissing: a path that is not there, or a pattern that none matches.
         MalformedFile: a folder without a log.
     """
     found: dict[Path, None] = {}
     for path in paths:
         if path.is_dir():
-            inside = [p for p in sorted(path.rglob("*.mcap")) if not p.name.endswith(".replay.mcap")]
+            inside = [p for p in sorted(path.rglob("*.mcap")) if not p.name.endswith(REPLAY_SUFFIX)]
             if not inside:
                 raise MalformedFile(path, "no .mcap file in this folder", "Give a log, or a folder of logs")
             found.update(dict.fromkeys(inside))
         elif path.exists():
             found[path] = None
+        elif matching := [p for p in matching_logs(path) if not p.name.endswith(REPLAY_SUFFIX)]:
+            found.update(dict.fromkeys(matching))
         else:
             raise FileMissing(path)
     return tuple(found)

@@ -109,7 +109,7 @@ def replay(
     """Replay strategies over logs, to know what they would have cost.
 
     Args:
-        logs: one or several of a run, a log and a folder of logs.
+        logs: one or several of a run, a log, a folder of logs and a pattern such as "logs/find-*.mcap".
         strategies: names, "module:Class" from the working folder, or "all".
         settings: the estimator, how many worlds are drawn, how far bounds are followed, and so on.
         output: the folder that keeps the replays and from which a second call resumes; None keeps nothing.

@@ -36,7 +36,7 @@ from workbench.planning.actions import prepares
 from workbench.planning.strategy import Strategy
 
 MAX_BRANCHES = 5000
-"""Branches written out; those beyond get outer bounds."""
+"""Number of branches to write out; the others get outer bounds."""
 
 
 class NotCertifiable(Unsupported):

@@ -13,10 +13,10 @@ def certify(
     log: Annotated[Path, Argument(help="A log.")],
     output: Annotated[Path, Option("--output", "-o", help="The certificate, such as claim.lios.zip.")],
     strategy: Annotated[
-        str, Option("--strategy", "-s", help="Whose cost; default: the strategy that was driven.")
+        str, Option("--strategy", "-s", help="Strategy whose cost is certified; default: the one that was driven.")
     ] = "",
     branches: Annotated[
-        int, Option("--branches", min=1, help="Branches written out; those beyond get outer bounds.")
+        int, Option("--branches", min=1, help="Number of branches to write out; the others get outer bounds.")
     ] = 5000,
     force: Force = False,
     json: Json = False,

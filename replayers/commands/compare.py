@@ -39,9 +39,9 @@ def compare(
 ) -> None:
     """Which strategy is better on these logs?
 
-    wins, loses and equal hold in every world that agrees with the log; the rest is undecided. Intervals draw houses;
-    where there is one house only they draw its logs, are widened, and say nothing of another house. Where the folder
-    also holds replays with --misses K, each certain claim is followed until it breaks down.
+    wins, loses and equal hold in every world that agrees with the log; the rest is undecided. Intervals resample
+    houses; with only one house they resample its logs, are widened, and say nothing about other houses. Where the
+    folder also holds replays with --misses K, each certain claim is followed until it breaks down.
 
     Examples:
 

@@ -19,7 +19,7 @@ def doctor(
     logs: Annotated[list[Path], Argument(help="Logs.")],
     as_json: Json = False,
 ) -> None:
-    """Check a log: the file, and the run in it. Exits with 0 fine, 1 faulty, 2 no log, 3 something is missing.
+    """Check a log: the file, and the run in it. Exit codes: 0 fine, 1 faulty, 2 not a log, 3 something is missing.
 
     With --json: one object for one log, {"rows": [...]} for several.
 

@@ -21,26 +21,26 @@ def import_bag(
     mapping: Annotated[
         str, Option("--mapping", "-m", help="Mapping file, or a preset: paper, spot_ros2, auto.")
     ] = "auto",
-    task: Annotated[Path | None, Option("--task", help="What the robot was to do (YAML).")] = None,
+    task: Annotated[Path | None, Option("--task", help="The robot's task (YAML).")] = None,
     strategy: Annotated[
-        str, Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
+        str, Option("--strategy", "-s", help='Strategy whose plans are computed after the fact; "none" for none.')
     ] = "model-lios",
     estimator: Annotated[
         str, Option("--estimator", help="Estimator of the beliefs: counts, fcnn, best, people, mixed.")
     ] = "best",
     clock: Annotated[
-        str, Option("--clock", help="Whose times are used: record, header; auto takes headers where they agree.")
+        str, Option("--clock", help="Which times are used: record or header; auto takes headers where they agree.")
     ] = "auto",
     furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Your word that all closed furniture stood open.")
+        bool, Option("--furniture-open", help="Confirm that all closed furniture stood open.")
     ] = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Import a ROS bag: markers become observations, navigation moves, the arm's results picks and places.
+    """Import a ROS bag: markers become observations, navigation goals moves, and the arm's results picks and places.
 
-    Beliefs and plans, which no bag holds, are computed after the fact and marked so. Without --site the bag is of a
-    new place: its map, ways, stops and tags are recorded, for a draft of its survey.
+    Beliefs and plans, which no bag holds, are computed after the fact and marked so. Without --site, the bag is taken
+    to be of a new place: its map, paths, stops and tags are recorded, so that its survey can be drafted.
 
     Examples:
 

@@ -14,18 +14,16 @@ if TYPE_CHECKING:
 
 def learn_moves(
     sources: Annotated[list[Path], Argument(help="Logs of one place, or folders of them; or one file of episodes.")],
-    known: Annotated[
-        Path | None, Option("--rates", help="Rates from which logs depart; default: the shipped ones.")
-    ] = None,
+    known: Annotated[Path | None, Option("--rates", help="Rates to start from; default: the shipped ones.")] = None,
     output: Annotated[Path, Option("--output", "-o", help="The table to write, for --rates.")] = Path("rates.csv"),
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Learn how often things move, per item type, in moves a day.
+    """Learn how often things move, per item type, in moves per day.
 
-    Of logs, a thing that was seen in one run and is seen again (or is gone) in a later one tells how fast the
-    household is, and how fast this kind of thing. A file of episodes (.jsonl, .jsonl.gz) has one object a line with
-    "scene" and "moves"; an episode counts as one day.
+    In logs, a thing that was seen in one run and is seen again, or is gone, in a later one shows how often things
+    move in this household, and how often things of its type do. A file of episodes (.jsonl, .jsonl.gz) has one object
+    per line with "scene" and "moves"; an episode counts as one day.
 
     Examples:
 

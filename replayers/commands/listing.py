@@ -30,7 +30,8 @@ def list_logs(
 ) -> None:
     """List runs: house, scenario, strategy, outcome, cost, and what is missing from them. Rows are cached.
 
-    Replays in imagined worlds are marked: in how many containers the contents are imputed, because nobody saw them.
+    Replays in imagined worlds are marked with the number of containers whose contents are imputed because nobody saw
+    them.
 
     Examples:
 

@@ -19,7 +19,11 @@ def recover(
     log: Annotated[Path, Argument(help="A cut-off or damaged log.")],
     output: Annotated[
         Path | None,
-        Option("-o", "--output", help="By default LOG.recovered.mcap, beside the log; of one at an address, here."),
+        Option(
+            "-o",
+            "--output",
+            help="Default: LOG.recovered.mcap beside the log, or in this folder if the log is at an address.",
+        ),
     ] = None,
     force: Force = False,
     as_json: Json = False,

@@ -54,7 +54,7 @@ def replay(
         Option(
             "--budget",
             min=1,
-            help="Pieces of run, from one unopened container to the next, that the bounds of one strategy may take.",
+            help="Segments of the loop, between unopened containers, to spend on the bounds of one strategy.",
         ),
     ] = 400,
     unique: Annotated[bool, Option("--unique", help="Assume no instances beyond those that the log shows.")] = False,
@@ -76,7 +76,7 @@ def replay(
         bool,
         Option(
             "--look-next",
-            help="Show which unopened container to open next: the one that would settle most comparisons.",
+            help="Show which unopened container to open next: the one that would settle the most comparisons.",
         ),
     ] = False,
     write: Annotated[

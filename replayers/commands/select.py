@@ -24,13 +24,14 @@ LOOKS_SHOWN = 3
 def select(
     logs: Annotated[list[Path], Argument(help="Logs of the trials, or folders of logs.")],
     strategies: Annotated[
-        str, Option("--strategies", "-s", help='The candidates, by comma: names, "module:Class", or "all".')
+        str,
+        Option("--strategies", "-s", help='The candidates, separated by commas: names, "module:Class", or "all".'),
     ] = "all",
     group: Annotated[
         str, Option("--group-by", help="What trials must share to count together: scenario, site or task.")
     ] = "scenario",
     horizon: Annotated[
-        int | None, Option("--horizon", min=1, help="How many trials there will be in all, with those driven so far.")
+        int | None, Option("--horizon", min=1, help="Number of trials in all, including those driven so far.")
     ] = None,
     alpha: Annotated[
         float,
@@ -44,16 +45,19 @@ def select(
         Option("--figure", help="Write a PNG of standings and regret over the trials of the largest group."),
     ] = None,
     estimator: Annotated[
-        str, Option("--estimator", help="Whose beliefs; several, by comma, are candidates each.")
+        str,
+        Option("--estimator", help="Estimator of the beliefs; of several, separated by commas, each is a candidate."),
     ] = "log",
     ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
     budget: Annotated[
-        int, Option("--budget", min=1, help="Pieces of run that the bounds of one replay may take.")
+        int, Option("--budget", min=1, help="Segments of the loop to spend on the bounds of one replay.")
     ] = 400,
     look_next: Annotated[
         bool,
-        Option("--look-next", help="Which container, had it been opened, would have settled most over all logs."),
+        Option(
+            "--look-next", help="Show which container, had it been opened, would have settled the most over all logs."
+        ),
     ] = False,
     workers: Workers = 1,
     seed: Annotated[int, Option("--seed", help="Seed of drawn worlds and of resampling.")] = 0,
@@ -61,8 +65,8 @@ def select(
 ) -> None:
     """Which strategy should the robot follow in the next trial?
 
-    Every candidate is replayed over every log. After each trial: which one to drive next, which are out of question,
-    and what regret is still possible. "By proof" means: on the trials so far it cost more than another one in every
+    Every candidate is replayed over every log. After each trial: which one to drive next, which are ruled out, and
+    how much regret is still possible. "By proof" means: on the trials so far it cost more than another one in every
     world that agrees with the logs. "By sequence" speaks of coming trials like these, with an error of --alpha.
 
     Examples:

@@ -14,7 +14,7 @@ def serve(
     host: Annotated[
         str, Option(help="Address to listen on; by default, only this machine can connect.")
     ] = "127.0.0.1",
-    speed: Annotated[float, Option(help="Log seconds a second.")] = 1.0,
+    speed: Annotated[float, Option(help="Seconds of the log per second.")] = 1.0,
     loop: Annotated[bool, Option("--loop", help="Begin again at the end.")] = False,
     paused: Annotated[bool, Option("--paused", help="Wait until a viewer presses play.")] = False,
     origin: Annotated[

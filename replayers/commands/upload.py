@@ -17,7 +17,8 @@ def upload(
 ) -> None:
     """Copy files and folders to an address, such as a bucket: s3://, gs://, and others that fsspec knows.
 
-    One file takes the address as its name, unless that ends with a slash; what a folder holds goes below it.
+    A single file is stored under the address itself, unless that ends with a slash; the contents of a folder go below
+    it.
 
     Examples:
 

@@ -191,13 +191,8 @@ def evidence_of(run: Run) -> Evidence:
         PartOfRun: one of several parts of a run.
         StartUnknown: what the robot knew at the start is missing.
     """
-    if run.task.goal == AllOf(parts=()):
-        raise NoTaskAttempted(run)
     gaps = gaps_of(run)
-    if run.part and (run.part != "0" or not run.complete or gaps.lost):
-        raise PartOfRun(run)
-    if gaps.start.kind is not StartKnowledge.KNOWN:
-        raise StartUnknown(run, gaps.start.message)
+    _require_whole_task(run, gaps)
     containers = tuple(c.id for c in run.place.plan.containers)
     seen = tuple(o for o in run.observations if _is_certain(o, gaps))
     contents, odd = contents_at_start(seen, run.actions, containers)
@@ -206,6 +201,7 @@ def evidence_of(run: Run) -> Evidence:
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
     known = _known_at_start(run, contents)
     contents, corrections, corrected = with_corrections(contents, known, run)
+    oddities = (*corrected, *odd, *strange)
     return Evidence(
         path=str(run.path),
         sha256=run.sha256,
@@ -233,22 +229,31 @@ def evidence_of(run: Run) -> Evidence:
         memory=memory_from_settings(run.settings),
         asking=asking_from_settings(run.settings),
         answers=answers_in(run.answers),
-        passing=passing_ways(run.place.plan, run.place.travel, run.place.paths(), sight_from_settings(run.settings)),
+        passing=_passing(run),
         seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
-        notes=(
-            *_gap_notes(run, gaps, len(run.observations) - len(seen)),
-            *_imagined(imputed),
-            *corrected,
-            *odd,
-            *strange,
-        ),
+        notes=(*_gap_notes(run, gaps, len(run.observations) - len(seen)), *_imagined(imputed), *oddities),
     )
+
+
+def _require_whole_task(run: Run, gaps: Gaps) -> None:
+    if run.task.goal == AllOf(parts=()):
+        raise NoTaskAttempted(run)
+    if run.part and (run.part != "0" or not run.complete or gaps.lost):
+        raise PartOfRun(run)
+    if gaps.start.kind is not StartKnowledge.KNOWN:
+        raise StartUnknown(run, gaps.start.message)
 
 
 def _known_at_start(run: Run, contents: Contents) -> Contents:
     at_start = {ContainerId(o.container) for o in run.observations if o.known_at_start}
     return MappingProxyType({c: contents[c] for c in sorted(at_start) if c in contents})
+
+
+def _passing(run: Run) -> PassingWays | None:
+    """The ways of a robot that sees in passing."""
+    place = run.place
+    return passing_ways(place.plan, place.travel, place.paths(), sight_from_settings(run.settings))
 
 
 def _is_certain(seen: Observation, gaps: Gaps) -> bool:

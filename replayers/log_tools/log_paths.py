@@ -28,17 +28,26 @@ def find_logs(where: str | Path | Iterable[str | Path]) -> list[Path]:
     for one in wanted:
         path = path_of(one)
         if isinstance(path, RemotePath) and path.is_pattern():
-            paths = [p for p in path.matching() if p.suffix == ".mcap"]
+            paths = matching_logs(path)
         elif path.is_dir():
             paths = sorted(path.rglob("*.mcap"))
         elif path.exists():
             paths = [path]
         else:
-            paths = [p for p in sorted(map(Path, glob.glob(str(one), recursive=True))) if p.suffix == ".mcap"]
+            paths = matching_logs(path)
         if not paths:
             raise NoLogs(str(one))
         found.update(dict.fromkeys(paths))
     return list(found)
+
+
+def matching_logs(pattern: Path) -> list[Path]:
+    """The .mcap files that a pattern means, here or at an address, sorted."""
+    if isinstance(pattern, RemotePath):
+        paths = pattern.matching() if pattern.is_pattern() else ()
+    else:
+        paths = sorted(map(Path, glob.glob(str(pattern), recursive=True)))
+    return [path for path in paths if path.suffix == ".mcap"]
 
 
 def shown(path: Path | str) -> str:

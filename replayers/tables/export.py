@@ -24,6 +24,7 @@ from replayers.tables.frames import LogSource, Problem, Tables
 from replayers.tables.schemas import SCHEMAS
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
 from workbench.files import draft_path, remove_abandoned_drafts
+from workbench.remote.path import path_of
 
 Format = Literal["parquet", "csv"]
 Progress = Callable[[Iterator[str]], Iterable[str]]
@@ -67,8 +68,8 @@ def table_names(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def export(
-    paths: Sequence[Path],
-    folder: Path,
+    paths: Sequence[Path | str],
+    folder: Path | str,
     *,
     tables: Sequence[str] = (),
     file_format: Format = "parquet",
@@ -93,7 +94,7 @@ def export(
         NoRoom: the disk is full; nothing was written.
         BadValue: partitions of CSV, or by a column that is not in PARTITIONS.
     """
-    tables = table_names(tables)
+    tables, folder = table_names(tables), Path(folder)
     for column in partition_by:
         if column not in PARTITIONS or file_format == "csv":
             raise BadValue("--partition-by", column, f"of Parquet, by {', '.join(PARTITIONS)}")
@@ -103,7 +104,7 @@ def export(
     if folder.exists() and any(folder.iterdir()) and not force:
         raise OutputExists(folder)
     draft = draft_path(folder / "tables")
-    source = Tables([LogSource(path) for path in paths])
+    source = Tables([LogSource(path_of(path)) for path in paths])
     rows: dict[str, int] = {}
     there_before = folder.exists()
     try:

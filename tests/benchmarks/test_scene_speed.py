@@ -35,7 +35,7 @@ from dashboards.panels.now import legend, now
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from dashboards.panels.strip import cursor, strip
-from dashboards.sensing.senses import sensors_of
+from dashboards.sensing.robot_sensors import sensors_of
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.run_recorder import RunRecorder
 from replayers.runs.run import Run

@@ -31,7 +31,7 @@ from dashboards.sensing.clouds import NOTHING, cloud_points
 from dashboards.sensing.frames import Frames, matrix
 from dashboards.sensing.grids import grid_cells
 from dashboards.sensing.pictures import Picture, mime_of, pixels
-from dashboards.sensing.senses import RobotSensors, sensors_of
+from dashboards.sensing.robot_sensors import RobotSensors, sensors_of
 from replayers.runs.sensor_index import sensor_tracks
 from workbench.errors import NotFound
 

@@ -10,7 +10,7 @@ from mcap.writer import Writer
 
 from dashboards.palette import FAILED, css
 from dashboards.panels.live.session_status import OPERATOR, session_status
-from dashboards.sensing.senses import sensors_of
+from dashboards.sensing.robot_sensors import sensors_of
 from recorders.spot import record_session
 from recorders.spot.session.topics import SESSION_STATUS, SessionStatus, fact_channel
 from workbench.log_schema.events import NANO, Stamp

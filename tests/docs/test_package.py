@@ -11,6 +11,7 @@ import sysconfig
 import tarfile
 import tomllib
 import zipfile
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -66,17 +67,21 @@ def test_wheel_and_sdist_hold_all_data(built: Path) -> None:
     assert [name for name in (*wanted, "tools/check_claim.py") if name not in names] == []
 
 
-def _pythons() -> list[str]:
-    """This Python, and 3.11 to 3.13 where they are at hand."""
-    found = {sys.version_info[:2]: sys.executable}
+MINORS = (11, 12, 13, 14)
+"""The versions of Python 3 that the package is for."""
+
+
+def _python(minor: int) -> str:
+    """A Python 3 of this minor version; without one, the test is skipped."""
+    if sys.version_info[:2] == (3, minor):
+        return sys.executable
     homes = [Path(p) for p in os.environ.get("PATH", "").split(os.pathsep)]
     homes += sorted(Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")).glob("versions/*/bin"))
-    for minor in (11, 12, 13):
-        for home in homes:
-            python = home / f"python3.{minor}"
-            if python.exists() and "shims" not in python.parts:
-                found.setdefault((3, minor), str(python))
-    return [python for _, python in sorted(found.items())]
+    for home in homes:
+        python = home / f"python3.{minor}"
+        if python.exists() and "shims" not in python.parts:
+            return str(python)
+    pytest.skip(f"there is no Python 3.{minor} on PATH or in pyenv")
 
 
 def _environment(python: str, folder: Path) -> Path:
@@ -133,35 +138,65 @@ def _does_its_job(lios: Path, folder: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-@pytest.mark.parametrize("python", _pythons(), ids=lambda p: Path(p).name)
-def test_it_works_with_its_dependencies_in_an_empty_environment(python: str, built: Path, tmp_path: Path) -> None:
-    """On every Python at hand, with the versions that were tested together; nothing is borrowed."""
-    own = _environment(python, tmp_path / "venv")
+@pytest.mark.parametrize("minor", MINORS)
+def test_it_works_with_its_dependencies_in_an_empty_environment(minor: int, built: Path, tmp_path: Path) -> None:
+    """With the versions that were tested together; nothing is borrowed."""
+    own = _environment(_python(minor), tmp_path / "venv")
     (wheel,) = built.glob("*.whl")
     constraint = str(ROOT / "constraints.txt")
     registry = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL"))}
-    made = subprocess.run(
-        [str(own), "-m", "pip", "install", "--quiet", "--constraint", constraint, str(wheel)],
-        env=registry,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if made.returncode and re.search(r"name resolution|[Cc]onnection|unreachable|timed out", made.stderr):
-        pytest.skip("no package registry can be reached")
-    assert made.returncode == 0, made.stderr
+    _install([str(own), "-m", "pip", "install", "--quiet", "--constraint", constraint, str(wheel)], registry)
     outside = tmp_path / "outside"
     outside.mkdir()
     assert _said([own, "-m", "pip", "check"], outside)
     _does_its_job(own.parent / "lios", outside)
 
 
+def _install(words: list[str], env: dict[str, str]) -> None:
+    made = subprocess.run(words, env=env, capture_output=True, text=True, check=False)
+    if made.returncode and re.search(r"name resolution|[Cc]onnection|unreachable|timed out", made.stderr):
+        pytest.skip("no package registry can be reached")
+    assert made.returncode == 0, made.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_it_works_with_the_lowest_versions_that_it_allows(built: Path, tmp_path: Path) -> None:
+    """On the lowest Python, with the lowest version of each dependency that pyproject.toml names."""
+    uv = _uv()
+    own = _environment(_python(MINORS[0]), tmp_path / "venv")
+    (wheel,) = built.glob("*.whl")
+    registry = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL"))}
+    _install(
+        [*uv, "pip", "install", "--quiet", "--python", str(own), "--resolution", "lowest-direct", str(wheel)],
+        registry,
+    )
+    lowest = dict(r.split(">=") for r in PROJECT["dependencies"])
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    assert _said([own, "-c", "import pandas; print(pandas.__version__)"], outside).startswith(lowest["pandas"])
+    lios = own.parent / "lios"
+    _does_its_job(lios, outside)
+    _said([lios, "record", "--find", "mug", "-o", "run.mcap"], outside)
+    _said([lios, "export", "run.mcap", "-o", "tables"], outside)
+    _said([lios, "figures", "run.mcap", "-o", "figures"], outside)
+    _said([lios, "capsule", "run.mcap", "-o", "run.html"], outside)
+
+
+def _uv() -> list[str]:
+    if find_spec("uv") is not None:
+        return [sys.executable, "-m", "uv"]
+    if (found := shutil.which("uv")) is None:
+        pytest.skip("there is no uv")
+    return [found]
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("python", _pythons(), ids=lambda p: Path(p).name)
-def test_its_metadata_and_syntax_suit(python: str, built: Path, tmp_path: Path) -> None:
-    """Installs without dependencies, compiles everything, and prints the version, on every Python at hand."""
-    own = _environment(python, tmp_path / "venv")
+@pytest.mark.parametrize("minor", MINORS)
+def test_its_metadata_and_syntax_suit(minor: int, built: Path, tmp_path: Path) -> None:
+    """Installs without dependencies, compiles everything, and prints the version."""
+    own = _environment(_python(minor), tmp_path / "venv")
     (wheel,) = built.glob("*.whl")
     plain = _clean_environment()
     install = [str(own), "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--no-compile", str(wheel)]

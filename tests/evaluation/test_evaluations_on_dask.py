@@ -41,6 +41,7 @@ def test_searches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytes
     assert answers[0] == answers[1] == answers[2]
     assert files_in(tmp_path / "here" / "weights") == files_in(tmp_path / "there" / "weights")
     assert len(files_in(tmp_path / "there" / "weights")) == 2
+    assert not (tmp_path / "there" / "houses.jsonl").exists(), "kept while it is not complete"
 
 
 def test_selections_which_go_on_where_they_stopped(

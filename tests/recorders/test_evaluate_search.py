@@ -5,13 +5,17 @@ from __future__ import annotations
 import csv
 import json
 import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.image import imread
 
 from replayers.runs.run import read
 from workbench.cli import run
+from workbench.evaluation.search import experiment
+from workbench.evaluation.search.experiment import HouseResult
 from workbench.worlds.shipped import shipped_houses
 
 COUNTS = ["--estimator", "counts", "--paper-estimator", "counts"]
@@ -151,3 +155,35 @@ def test_a_house_that_holds_nothing_gives_no_query(tmp_path: Path, two_houses: P
     path = tmp_path / "bare.jsonl"
     path.write_text(json.dumps(house) + "\n")
     assert run(["evaluate", "search", "--houses", str(path), *COUNTS]) == 1
+
+
+def test_a_stopped_evaluation_goes_on_where_it_was(
+    two_houses: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ["--houses", str(two_houses), *COUNTS, "-p", "lios", "--no-figures"]
+    whole = answer(capsys, *words)
+    first: list[HouseResult] = []
+
+    def stopped(jobs: Iterable[Any]) -> Iterator[HouseResult]:
+        for job in jobs:
+            if first:
+                raise KeyboardInterrupt
+            first.append(experiment._house_of(job))
+            yield first[0]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(experiment, "run_in_order", lambda _, jobs, **__: stopped(jobs))
+        assert run(["evaluate", "search", *words, "-o", str(tmp_path / "out")]) != 0
+    kept = tmp_path / "out" / "houses.jsonl"
+    assert len(kept.read_bytes().splitlines()) == 1
+    again: list[str] = []
+    run_house = experiment._house_of
+    with monkeypatch.context() as patch:
+        patch.setattr(experiment, "_house_of", lambda job: again.append(job[1].name) or run_house(job))
+        found = answer(capsys, *words, "-o", str(tmp_path / "out"))
+    assert len(again) == 1
+    assert again != [first[0].house]
+    assert not kept.exists()
+    for row in (*found["rows"], *whole["rows"]):  # type: ignore[attr-defined]
+        row.pop("ms_a_decision")
+    assert found["rows"] == whole["rows"]

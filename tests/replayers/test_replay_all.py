@@ -150,6 +150,9 @@ def test_folders_give_their_logs_but_not_their_replays(tmp_path: Path) -> None:
     list(replay_log(log, wanted(tmp_path / "b" / "replays", write_logs=True)))
     assert logs_among([tmp_path / "b"]) == (log,)
     assert logs_among([log, tmp_path / "b"]) == (log,)
+    assert logs_among([tmp_path / "**" / "*.mcap"]) == (log,)
+    with pytest.raises(FileMissing):
+        logs_among([tmp_path / "b" / "none-*.mcap"])
     with pytest.raises(FileMissing):
         logs_among([tmp_path / "nowhere"])
     (tmp_path / "empty").mkdir()

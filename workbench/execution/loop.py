@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.guarded_estimator import EstimatorFailed
-from workbench.execution.believing import Believing
+from workbench.execution.estimator_queries import EstimatorQueries
 from workbench.execution.events import (
     ActionEnded,
     BeliefUpdated,
@@ -25,16 +25,16 @@ from workbench.execution.events import (
     RunEnded,
     RunStatus,
 )
+from workbench.execution.further_looks import how_looked, worth_another_look
 from workbench.execution.goal_check import is_met
 from workbench.execution.legality import Legality, legality
-from workbench.execution.looking_again import how_looked, worth_another_look
 from workbench.execution.passing import knowledge_after, observed_in_passing, seen_in_words, unknown_in_words
 from workbench.execution.run_end import end_without_plan
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
-from workbench.planning.warm import warm_up
+from workbench.planning.warm_up import warm_up
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import START, ContainerId, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
@@ -85,7 +85,7 @@ def run_task(
         seed: passed to the strategy with every view.
         options: limits and clocks of the run.
         perception: how surely a look shows what is there, as the robot believes it. Where looks can miss, containers
-            may be looked into again (looking_again.py).
+            may be looked into again (further_looks.py).
     """
     return _Run(world, strategy, estimator, task, costs, seed, options, perception).events()
 
@@ -115,7 +115,7 @@ class _Run:
     options: LoopOptions
     perception: Perception = PERFECT
     knowledge: Knowledge = field(init=False)
-    believing: Believing = field(init=False)
+    queries: EstimatorQueries = field(init=False)
     decision: int = 0
     steps: int = 0
     searches: int = 0
@@ -127,7 +127,7 @@ class _Run:
     reason: str = "start"
 
     def events(self) -> Iterator[Event]:
-        self.believing = Believing(self.estimator, self.task, self.perception)
+        self.queries = EstimatorQueries(self.estimator, self.task, self.perception)
         yield from self._start()
         while self.ended is None:
             if is_met(self.task.goal, self.knowledge):
@@ -170,7 +170,7 @@ class _Run:
         began = self.options.stopwatch()
         believed_types = self.strategy.relevant_types(self.task)
         try:
-            belief = self.believing.belief(self.knowledge, believed_types)
+            belief = self.queries.belief(self.knowledge, believed_types)
         except EstimatorFailed as error:
             self._end(RunStatus.ESTIMATOR_FAILED, str(error))
             return
@@ -189,7 +189,7 @@ class _Run:
         planned = self.options.stopwatch()
         self.planning_s += planned - began
         stamp = self.world.now_ns()
-        for answer in self.believing.new_answers(self.knowledge, believed_types):
+        for answer in self.queries.new_answers(self.knowledge, believed_types):
             yield EstimatorAnswered(stamp_ns=stamp, decision=self.decision, answer=answer)
         yield BeliefUpdated(stamp_ns=stamp, decision=self.decision, belief=belief)
         if made.find_costs is not None:

@@ -33,7 +33,7 @@ class Composed:
         policy: the order in which a find searches containers.
         find_known: whether a find may be planned even if an instance is known.
         solver: the solver; a single find is solved in closed form.
-        looks_again: whether it may choose at every decision to look again into a container (looking_again.py).
+        looks_again: whether it may choose at every decision to look again into a container (further_looks.py).
         everywhere: plan over all reachable locations, bounded by the plan over the relevant ones, and state the
             optimality gap (location_refinement.py); takes at most EVERYWHERE_S seconds per decision. With another
             solver than the built-in one: hand it the whole problem, with every known item, of any type.

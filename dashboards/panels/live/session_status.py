@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from dashboards.palette import FAILED, css
 from dashboards.panels.markup import chip, html, name, text
-from recorders.spot.run.wishes import RUN_KEYS
+from recorders.spot.run.operator_requests import RUN_KEYS
 from recorders.spot.session.live_status import SILENT_S
 from recorders.spot.session.topics import SessionStatus
 from workbench.log_schema.events import NANO

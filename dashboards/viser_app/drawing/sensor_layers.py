@@ -17,7 +17,7 @@ import viser.transforms
 from dashboards.model.scene import RobotState
 from dashboards.sensing.grids import BLOCKED, NEAR, Cells
 from dashboards.sensing.pictures import Picture, pixels
-from dashboards.sensing.senses import RobotSensors
+from dashboards.sensing.robot_sensors import RobotSensors
 from workbench.arrays import Floats, Floats32, Uints8
 
 FRUSTUM_M = 0.4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Mapping
 from math import ceil, log10
 from types import MappingProxyType
@@ -46,6 +47,8 @@ PANEL_PX = 440
 """Width of the panel beside the view."""
 CAMERA_PX, CAMERAS_PX = 220, 330
 """Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
+TABLES_EVERY_S = 0.25
+"""How often the tables are drawn while a run plays, in seconds; every still moment has its own."""
 TYPED_AFTER_S = 0.7
 """Somebody who pauses for this long has typed what they wanted."""
 Key = Literal["space", "home", "end", "F", "J", "L", "O", "T", "U"]
@@ -81,6 +84,8 @@ class Controls:
         self._dark: bool | None = None
         self._camera_px = CAMERAS_PX
         self._typing: threading.Timer | None = None
+        self._tables_s = 0.0
+        """When the tables were last drawn, by the monotonic clock."""
         self._plotted: tuple[Clock, str] | None = None
         self._build()
         session.openers.append(self._opened)
@@ -249,12 +254,17 @@ class Controls:
         robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
         self._draw("now", lambda: now(scene))
         self._draw("status", lambda: self._status(scene.stamp_ns))
-        self._draw("beliefs", lambda: beliefs(scene, timeline))
-        self._draw("plan", lambda: plan(scene))
-        self._draw(
-            "costs",
-            lambda: find_costs(scene, robot_at, first_looks(timeline, frame) if frame is not None else ()),
-        )
+        if self._tables_are_due(playing=state.playing):
+            self._draw("beliefs", lambda: beliefs(scene, timeline))
+            self._draw("plan", lambda: plan(scene))
+            self._draw(
+                "costs",
+                lambda: find_costs(scene, robot_at, first_looks(timeline, frame) if frame is not None else ()),
+            )
+            self._draw(
+                "comparison",
+                lambda: comparison(session.clock, scenes, self._names, not_shown=self._not_shown()),
+            )
         if self._plotted is None or self._plotted[0] is not session.clock or self._plotted[1] != scene.focus:
             self._plotted = (session.clock, scene.focus)
             self._draw("plots", lambda: plots(session.clock, self._names, scene.focus))
@@ -262,7 +272,6 @@ class Controls:
             self._show_container(session, scene)
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
-        self._draw("comparison", lambda: comparison(session.clock, scenes, self._names, not_shown=self._not_shown()))
         self._draw("legend", lambda: legend(scene, items=state.items, **self._signs))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
         reading = round(min(state.at, self._slider.max), self._slider.precision)
@@ -273,9 +282,19 @@ class Controls:
             self._play.label = label
             self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
 
+    def _tables_are_due(self, *, playing: bool) -> bool:
+        """Whether to draw the tables: while a run plays, only as often as somebody can read them."""
+        now_s = time.monotonic()
+        if playing and now_s - self._tables_s < TABLES_EVERY_S:
+            return False
+        self._tables_s = now_s
+        return True
+
     def _not_shown(self) -> int:
         """How many of the logs that can be opened are not on show."""
-        return len(self._session.library.paths) - len(self._session.clock.timelines)
+        library = self._session.library
+        there = sum(not library.awaits(index) for index in range(len(library.paths)))
+        return there - len(self._session.clock.timelines)
 
     def _status(self, stamp_ns: int) -> Markup:
         """How the session of the run in focus goes; empty where its log does not tell."""

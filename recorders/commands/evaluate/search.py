@@ -66,6 +66,8 @@ def search(
 ) -> None:
     """Measure search policies: the paper's object-search experiment.
 
+    With -o, each house's results are kept as they come: the same command goes on where a stopped one was.
+
     Every pair of a house and an item type that it holds is one query: find it and bring it to the start. Greedy and
     the oracle are always among the policies. Where looks can miss (--miss-rate), every policy goes on until it has
     found the item, by posterior once all is searched; POLICY@start-over then begins as if it had seen nothing. The
@@ -87,12 +89,14 @@ def search(
 
         lios evaluate search --miss-rate 0.2 --policies robust-lios,conditioned-lios,conditioned-lios@start-over
     """
+    from contextlib import nullcontext
+
     from workbench.errors import BadValue
     from workbench.evaluation.beliefs.fold_training import trained_per_fold
     from workbench.evaluation.beliefs.fold_weights import folds_from_options
     from workbench.evaluation.cluster import Workforce
-    from workbench.evaluation.search.report import SearchRequest, answer_of, measure, output_folder
-    from workbench.terminal import emit_json, progress, say
+    from workbench.evaluation.search.report import SearchRequest, answer_of, kept_houses, measure, output_folder
+    from workbench.terminal import counted, emit_json, progress, say
 
     if record and output is None:
         raise BadValue("-o/--output", None, "a folder, for --record to record to")
@@ -135,19 +139,31 @@ def search(
         emit_json(planned) if json else say(planned_text)
         return
     folder = None if output is None else output_folder(output, force=force)
-    with trained_per_fold(
-        experiment.estimators(),
-        request.dealt,
-        folder,
-        progress=lambda them, total: progress(them, title="Training", total=total),
-        on=Workforce(workers, scheduler),
-    ) as believers:
-        report = measure(request, believers=believers, progress=lambda results: progress(results, title="Searching"))
+    with (
+        trained_per_fold(
+            experiment.estimators(),
+            request.dealt,
+            folder,
+            progress=lambda them, total: progress(them, title="Training", total=total),
+            on=Workforce(workers, scheduler),
+        ) as believers,
+        nullcontext() if folder is None else kept_houses(folder, force=force) as kept,
+    ):
+        if kept:
+            say(f"Going on where it stopped: {counted(len(kept), 'result')} in {kept.path}.")
+        report = measure(
+            request,
+            believers=believers,
+            progress=lambda results: progress(results, title="Searching"),
+            kept=kept,
+        )
         answer = answer_of(report)
         if folder is not None:
             _write(report, answer, folder, figures=figures)
             if record:
                 answer["logs"] = _record(report, folder / "logs", force=force)
+        if kept is not None:
+            kept.discard()
     emit_json(answer) if json else _show(answer, output)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from shlex import quote
@@ -96,6 +95,7 @@ def tasks(
     from workbench.evaluation.tasks import experiment
     from workbench.evaluation.tasks.cell_filter import cell_filter
     from workbench.evaluation.tasks.store import TrialStore
+    from workbench.evaluation.tasks.table import answer_of
     from workbench.terminal import emit_json
     from workbench.worlds.perception import missing_at
     from workbench.worlds.procthor.assets import assets_for
@@ -144,7 +144,7 @@ def tasks(
     how = _How(meant, dealt, output, workers, scheduler, record)
     with TrialStore(output, request, force=force) if output else nullcontext() as store:
         rows = _run(request, planned, store, how)
-    answer = _answer(request, planned, experiment.wanted_rows(request, planned.keys, rows, meant))
+    answer = answer_of(request, planned, experiment.wanted_rows(request, planned.keys, rows, meant))
     if output:
         _write(answer, output)
     emit_json(answer) if json else _show(answer, output)
@@ -203,23 +203,6 @@ def _show_cells(chosen: list[tuple[str, str]], planned: Plan, *, json: bool) -> 
         return
     emit_table(counted)
     say(f"{sum(int(str(cell['trials'])) for cell in counted)} runs")
-
-
-def _answer(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dict[str, Any]:
-    from workbench.evaluation.tasks.table import pairs, table
-
-    return {
-        "houses": request.houses,
-        "split": request.house_description,
-        "also": list(request.also),
-        "assets": request.assets or None,
-        "miss_rate": request.miss_rate,
-        "seed": request.seed,
-        "rows": table(rows, seed=request.seed),
-        "pairs": pairs(rows, seed=request.seed),
-        "supported": planned.houses,
-        "refused": [{"scenario": s, "house": h, "lacks": why} for s, h, why in planned.refused],
-    }
 
 
 def _write(answer: dict[str, Any], folder: Path) -> None:

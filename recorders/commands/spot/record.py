@@ -31,10 +31,10 @@ def record(
     ] = None,
     keep_last: Annotated[
         float | None,
-        Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
+        Option("--keep-last", help="Keep only the last seconds, in memory; key w writes them, and so does the end."),
     ] = None,
     furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before.")
+        bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before.")
     ] = False,
     serve: ServePort = None,
     operator: OperatorName = "",

@@ -48,10 +48,10 @@ def run(
         "frontleft_fisheye_image,frontright_fisheye_image"
     ),
     furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
+        bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before the run.")
     ] = False,
     resume: Annotated[
-        bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
+        bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")
     ] = False,
     memory: MemoryLogs = None,
     rates: MoveRatesFile = None,
@@ -66,9 +66,10 @@ def run(
 ) -> None:
     """Run a task on a Spot and record it; the lease is always returned.
 
-    Keys: space or s stops the robot and ends the run, p lets it stand and g go on, k skips the container at hand, i
-    says that an item is there, n marks the moment. A line tells battery, localisation, link, tags and what is next.
-    Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by itself.
+    Keys: space or s stops the robot and ends the run, p pauses it and g lets it go on, k skips the container at hand,
+    i says that an item is there, n marks the moment. A status line shows battery, localisation, link, tags and what
+    is next. Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by
+    itself.
 
     Examples:
 
@@ -140,9 +141,9 @@ def run_by_keys(connection: Connection, wanted: RobotRun, ready: RunSetup, outpu
     """Run with progress output and keyboard control."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
+    from recorders.spot.run.operator_requests import RUN_KEYS
     from recorders.spot.run.run import run_and_record
     from recorders.spot.run.status_line import status_line
-    from recorders.spot.run.wishes import RUN_KEYS
     from workbench.terminal import say
 
     stop = StopSwitch()

@@ -26,7 +26,8 @@ def simulate(
         ),
     ] = None,
     software: Annotated[
-        str, Option("--software", help="Release of its software, 3.0.0 or later: what came later, it lacks.")
+        str,
+        Option("--software", help="Its software release, 3.0.0 or later; features of later releases are missing."),
     ] = "5.0.0",
     certificate: Annotated[
         Path, Option("--certificate", help="Where to write the root certificate for clients.")

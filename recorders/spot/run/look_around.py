@@ -23,7 +23,7 @@ def look_around(world: SpotWorld, start_ns: int, *, localized: bool) -> Mapping[
         None if it never was.
     """
     seen: dict[ItemId, list[Position]] = {}
-    while world.now_ns() - start_ns < round(world.settings.look_s * 1e9) and not world.wishes.skipping:
+    while world.now_ns() - start_ns < round(world.settings.look_s * 1e9) and not world.requests.skipping:
         world.wait(world.settings.poll_s)
         sightings = world.sightings()
         localized = localized or sightings is not None

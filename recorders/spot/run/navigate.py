@@ -19,7 +19,7 @@ from recorders.spot.client.connection import reason_of
 from recorders.spot.client.errors import RunStopped
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import in_seed
-from recorders.spot.run.wishes import SKIPPED
+from recorders.spot.run.operator_requests import SKIPPED
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import LocationId
 
@@ -97,10 +97,10 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
             if number is None or world.now_ns() - sent_ns > settings.dead_man_s / 3 * 1e9:
                 number, sent_ns = renew_navigation(world, goal, number), world.now_ns()
             world.wait(settings.poll_s)
-            if world.wishes.take_skip():
+            if world.requests.take_skip():
                 world.control.stop()
                 return WalkEnd(ending=Ending.REFUSED, reason=SKIPPED)
-            if world.wishes.paused:
+            if world.requests.paused:
                 limit_ns, number, ending = limit_ns + _stand_while_paused(world), None, Ending.GOING
                 continue
             status = _status(world, number)
@@ -128,7 +128,7 @@ def _stand_while_paused(world: SpotWorld) -> int:
     began_ns = world.now_ns()
     world.control.stop()
     world.tell("Paused by the operator")
-    while world.wishes.paused:
+    while world.requests.paused:
         world.wait(world.settings.poll_s)
     world.tell("The operator lets the robot go on")
     return world.now_ns() - began_ns

@@ -21,9 +21,9 @@ from recorders.spot.client.services import require_services, services_of_a_run
 from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.event_text import NextStep
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
+from recorders.spot.run.operator_requests import RunKeys
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.taken_over import TakenOver, look_where_items_were_put, settings_of
-from recorders.spot.run.wishes import RunKeys
 from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
@@ -143,7 +143,7 @@ def run_and_record(
             world.recording_trouble = lambda: recorder.trouble
             session.show_status = run.show_status
             if isinstance(operator, KeyboardOperator):
-                operator.on_key = RunKeys(world.wishes, _sought(run), session.note).press
+                operator.on_key = RunKeys(world.requests, _sought(run), session.note).press
             try:
                 start_ns = world.now_ns()
                 events = stopping_on_error(setup.events(world), world, control, run.task)

@@ -31,8 +31,8 @@ from recorders.spot.run.look_around import look_around
 from recorders.spot.run.manipulation import ArmManipulator, Handling, HelperManipulator, Manipulator, Picked
 from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
+from recorders.spot.run.operator_requests import SKIPPED, OperatorRequests
 from recorders.spot.run.run_settings import RunSettings
-from recorders.spot.run.wishes import SKIPPED, Wishes
 from recorders.spot.session.foxglove import map_from_odom
 from recorders.spot.tags.detections import TagSighting, place_on_map, robot_detections
 from recorders.spot.tags.item_places import ItemPlaces
@@ -67,7 +67,7 @@ class SpotWorld:
         tell: called with what the log should say in words.
         recording_trouble: why nothing is recorded any more; None while it is.
         ending: whether the run is over and the robot only comes to rest: neither keys nor outages stop that.
-        wishes: what the operator wants by key.
+        requests: what the operator wants by key.
         opened_by: who opened which closed furniture.
         hands: what picks and places. places: where looks have shown items.
         known: contents of containers that are known before the run, from earlier logs.
@@ -80,7 +80,7 @@ class SpotWorld:
     settings: RunSettings = field(default_factory=RunSettings)
     operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
-    wishes: Wishes = field(default_factory=Wishes)
+    requests: OperatorRequests = field(default_factory=OperatorRequests)
     at: LocationId | None = None
     known: Contents = field(default_factory=lambda: MappingProxyType({}))
     tell: Callable[[str], None] = field(default=lambda _text: None)
@@ -125,7 +125,7 @@ class SpotWorld:
         start_ns, walked = self.now_ns(), WalkLog()
         self.check_battery()
         if location != self.at:
-            self.wishes.forget()
+            self.requests.forget()
         ended = WalkEnd(ending=Ending.REFUSED)
         for attempt in range(self.settings.attempts):
             if attempt:
@@ -153,12 +153,12 @@ class SpotWorld:
         if not self._stands_open(container):
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
         seen = look_around(self, start_ns, localized=self._localize())
-        if self.wishes.take_skip():
+        if self.requests.take_skip():
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=SKIPPED)
         if seen is None:
             reason = "the robot does not know where it is, so what it sees cannot be placed"
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
-        there = {item.id for item in self.wishes.take_there()}
+        there = {item.id for item in self.requests.take_there()}
         if there:
             self.tell(f"Correction: {', '.join(sorted(there))} in {container}, as the operator says")
         found = tuple(sorted({*self.places.shown_in(container, seen), *there}))

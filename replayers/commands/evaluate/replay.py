@@ -25,12 +25,16 @@ def replay(
     count: Annotated[
         int,
         Option(
-            "--counterfactuals", "-n", min=1, help="At least so many for each estimator; whole tasks are measured."
+            "--counterfactuals", "-n", min=1, help="At least this many for each estimator; tasks are measured whole."
         ),
     ] = 2000,
     estimators: Annotated[
         str,
-        Option("--estimator", "--estimators", help="What the runs believe, by comma; each measures the same tasks."),
+        Option(
+            "--estimator",
+            "--estimators",
+            help="Estimators of the runs, separated by commas; each measures the same tasks.",
+        ),
     ] = "fcnn,counts,best",
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 200,
     budget: Annotated[
@@ -38,12 +42,12 @@ def replay(
         Option(
             "--budget",
             min=1,
-            help="Pieces of run, from one unopened container to the next, that the bounds of one replay may take.",
+            help="Segments of the loop, between unopened containers, to spend on the bounds of one replay.",
         ),
     ] = 400,
     miss_rate: MissRate = 0.0,
     trusting: Annotated[
-        bool, Option("--trusting", help="With --miss-rate: the recording robot takes its looks at their word.")
+        bool, Option("--trusting", help="With --miss-rate: the recording robot trusts its looks.")
     ] = False,
     sees: Sees = 0.0,
     workers: Workers = 1,
@@ -57,14 +61,15 @@ def replay(
     """Measure replay: bounds and estimates against a truth that the replayer does not see.
 
     For each estimator, every strategy records a log of every task; every other strategy is replayed over it and also
-    run in the simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in
-    lumps, so that intervals hold more than the 90 % they aim at: interval_coverage_closed is to be read against
-    interval_mass. The probability integral transform is free of that: its share within the central 90 % is
-    interval_coverage, its distance from the even distribution pit_distance, its ten bars pit (with --json).
+    run in the simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs take
+    few distinct values, so intervals contain more than the intended 90 %: compare interval_coverage_closed with
+    interval_mass. The probability integral transform has no such bias: its share within the central 90 % is
+    interval_coverage, its distance from the uniform distribution is pit_distance, and its histogram of ten bins is
+    pit (with --json).
 
     With --miss-rate, logs are recorded with looks that miss, and each is replayed with --misses K, K being how many
     items its looks overlooked; the truth is a run that overlooks nothing. With --trusting, the recording robot does
-    not know that its looks miss, and never looks again: far more is overlooked for good.
+    not know that its looks miss, and never looks again: far more stays overlooked.
 
     With --sees, all robots see open furniture in passing, the recorded and the replayed ones.
 

@@ -26,19 +26,19 @@ def select(
     part: Split = "test",
     scenario: Annotated[str, Option("--scenario", help="The scenario of every trial.")] = "deliver-3",
     strategies: Annotated[
-        str, Option("--strategies", "-s", help="The candidates, by comma.")
+        str, Option("--strategies", "-s", help="The candidates, separated by commas.")
     ] = "opt-greedy,pes-greedy,opt-lios,pes-lios,model-lios",
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of a campaign.")] = 40,
     seeds: Annotated[int, Option("--seeds", min=2, help="Campaigns of each selector.")] = 30,
     pool: Annotated[int, Option("--pool", min=2, help="Tasks that campaigns draw their trials from.")] = 80,
-    pools: Annotated[int, Option("--pools", min=1, help="Pools of tasks, no task in two of them.")] = 1,
+    pools: Annotated[int, Option("--pools", min=1, help="Pools of tasks; they share no task.")] = 1,
     proofs: Annotated[
         int,
         Option(
-            "--proofs", min=1, help="Further campaigns a pool, driven at random, that check eliminations by proof."
+            "--proofs", min=1, help="Further campaigns per pool, driven at random, that check eliminations by proof."
         ),
     ] = 1000,
-    estimator: Annotated[str, Option("--estimator", help="Whose beliefs the runs use.")] = "counts",
+    estimator: Annotated[str, Option("--estimator", help="Estimator that the runs use.")] = "counts",
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
     workers: Workers = 1,
     scheduler: Scheduler = "",
@@ -53,9 +53,9 @@ def select(
     """Measure selection: what does it cost to find the best strategy while driving?
 
     A pool of tasks is driven by every strategy and each log replayed by all, once. A campaign draws its trials from
-    it; each selector drives one strategy a trial. Regret is what it paid above the best fixed strategy in hindsight.
-    intervals is lios select; lower-bounds is replay with lower bounds only (arXiv:2304.01094); ucb1 and thompson are
-    bandits without replay. The best strategy so far must never be out by proof.
+    it; each selector drives one strategy per trial. Regret is what it paid above the best fixed strategy in
+    hindsight. "intervals" is lios select; "lower-bounds" is replay with lower bounds only (arXiv:2304.01094); "ucb1"
+    and "thompson" are bandits without replay. The best strategy so far must never be ruled out by proof.
 
     Examples:
 

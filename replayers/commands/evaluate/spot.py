@@ -18,8 +18,8 @@ def spot(
         "paper_home"
     ),
     task: Annotated[Path | None, Option("--task", help="Task file; default: deliver.yaml of the site.")] = None,
-    configurations: Annotated[str, Option("--configurations", "-c", help="Which, comma-separated.")] = "all",
-    strategies: Annotated[str, Option("--strategies", "-s", help="Which, comma-separated.")] = (
+    configurations: Annotated[str, Option("--configurations", "-c", help="Names separated by commas.")] = "all",
+    strategies: Annotated[str, Option("--strategies", "-s", help="Names separated by commas.")] = (
         "pes-greedy,pes-lios,model-lios,conditioned-lios"
     ),
     estimator: Annotated[
@@ -28,7 +28,7 @@ def spot(
     paper_estimator: Annotated[
         str, Option("--paper-estimator", help="Estimator of the paper's strategies.")
     ] = "fcnn",
-    output: Annotated[Path | None, Option("--output", "-o", help="Folder for the logs; kept.")] = None,
+    output: Annotated[Path | None, Option("--output", "-o", help="Folder in which to keep the logs.")] = None,
     cross: Annotated[bool, Option("--cross/--no-cross", help="Replay each log for the other strategies.")] = True,
     images_hz: Annotated[
         float, Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")

@@ -121,8 +121,8 @@ def merge(
 def split(
     log: Log,
     output: Output,
-    every: Annotated[float | None, Option("--every", help="Seconds of log time a part.")] = None,
-    size: Annotated[int | None, Option("--size", help="Bytes a part.")] = None,
+    every: Annotated[float | None, Option("--every", help="Seconds of log time per part.")] = None,
+    size: Annotated[int | None, Option("--size", help="Bytes per part.")] = None,
     by: Annotated[str | None, Option("--by", help="run: a file for each run of merge --runs.")] = None,
     force: Force = False,
     as_json: Json = False,
@@ -175,7 +175,7 @@ def convert(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Convert a log by the output's ending: .mcap with another compression, or .jsonl with every message decoded.
+    """Convert a log, by the output's extension: .mcap with another compression, or .jsonl with every message decoded.
 
     Examples:
 

@@ -16,14 +16,15 @@ def from_log(
     ),
     name: Annotated[str, Option("--name", help="Name of the site; default: the folder's.")] = "",
     map_folder: Annotated[
-        Path | None, Option("--map", help="The GraphNav map of the place: its fiducials are no items.")
+        Path | None, Option("--map", help="The GraphNav map of the place: its fiducials are not items.")
     ] = None,
     force: Annotated[bool, Option("--force", help="Replace a site in the folder.")] = False,
     json: Json = False,
 ) -> None:
     """Draft the survey of a place from a recording: stops, waypoints, walked lengths, tags, map.
 
-    Drive the robot round, stand a few seconds before each container, then name what the draft found.
+    Drive the robot around, let it stand a few seconds in front of each container, then name the draft's
+    containers.
 
     Examples:
 

@@ -38,10 +38,10 @@ def resume(
         bool, Option("--own-estop", help="Guard the run by our own e-stop endpoint, instead of the tablet's.")
     ] = False,
     furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
+        bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before the run.")
     ] = False,
     go_on: Annotated[
-        bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
+        bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")
     ] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     serve: ServePort = None,

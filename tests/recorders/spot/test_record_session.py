@@ -104,12 +104,22 @@ OFTEN = (FaultKind.DROPPED, FaultKind.CLOCK_SKEW, FaultKind.LOST_LEASE)
 
 @pytest.mark.ci_but(1)
 @pytest.mark.parametrize("kind", [k if k in OFTEN else pytest.param(k, marks=pytest.mark.slow) for k in FaultKind])
-def test_failures_while_recording_leave_the_log_whole(kind: FaultKind, tmp_path: Path) -> None:
-    log, over_ns = tmp_path / "s.mcap", list[int]()
+def test_failures_while_recording_leave_the_log_whole(
+    kind: FaultKind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, over_ns, ending, states_sent = tmp_path / "s.mcap", list[int](), Ending(), count_states(monkeypatch)
+
+    def fail_and_recover() -> None:
+        wait_until(lambda: states_sent() >= 5)
+        suffer(spot, kind, 1.5, over_ns)
+        wait_until(lambda: time.time_ns() > over_ns[0])
+        wait_for_more(states_sent, 10)
+        ending.by_key("q")
+
     with robot(clock=RunningClock()) as (spot, connection):
         connection.client("graph-nav-service").set_localization(nav_pb2.Localization())
-        threading.Timer(0.7, suffer, args=(spot, kind, 1.0, over_ns)).start()
-        report = record_session(connection, plan(4.0), log)
+        threading.Thread(target=fail_and_recover).start()
+        report = record_session(connection, plan(200.0), log, ending=ending)
         assert spot.state.leases.owner is None or spot.state.leases.owner.client_name == "another-client"
     run = read(log)
     assert run.complete

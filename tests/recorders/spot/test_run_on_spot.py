@@ -119,7 +119,9 @@ def test_a_network_that_goes_away(away_s: float, status: str, tmp_path: Path) ->
             spot.drop(away_s)
 
     with robot(clock=RunningClock(speed_up=15)) as (spot, connection):
-        run = replace(run_of(spot, patience_s=2.0, look_s=0.4, poll_s=0.05), rates=replace(FEW, state_hz=5))
+        run = replace(
+            run_of(spot, patience_s=2.0, look_s=0.4, poll_s=0.05, resume=True), rates=replace(FEW, state_hz=5)
+        )
         if status == "aborted":
             import recorders.spot.client.control as control
 
@@ -263,7 +265,7 @@ def test_preparing_asks_a_helper() -> None:
 
 
 def test_a_run_in_real_time_is_recorded_from_several_threads(tmp_path: Path) -> None:
-    with robot(clock=RunningClock(speed_up=30)) as (spot, connection):
+    with robot(clock=RunningClock(speed_up=15)) as (spot, connection):
         run = replace(
             run_of(spot, look_s=0.3, poll_s=0.04, resume=True), rates=replace(FEW, state_hz=10, images_hz=2)
         )

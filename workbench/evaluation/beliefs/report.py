@@ -47,12 +47,12 @@ class BeliefRequest:
         seed: seed of the searched containers and of the bootstrap.
     """
 
-    houses: tuple[Path, ...]
-    estimators: tuple[str, ...]
-    part: str
-    seen_share: float
-    assets: Path | None
-    seed: int
+    houses: tuple[Path, ...] = ()
+    estimators: tuple[str, ...] = ("all",)
+    part: str = "test"
+    seen_share: float = 0.0
+    assets: Path | None = None
+    seed: int = 0
 
     def __post_init__(self) -> None:
         if not 0 <= self.seen_share < 1:

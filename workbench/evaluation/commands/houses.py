@@ -66,8 +66,8 @@ def info(
 ) -> None:
     """Show what is in a house: rooms, containers, items, and what cannot be reached and why.
 
-    Rooms are joined by doors or by open walls. A container is reached from within its own room. For what is not
-    reached, the reason is given: furniture, a way narrower than the robot, or the cells of the grid.
+    Rooms are joined by doors or by open walls. A container is reached from within its own room. Where one cannot be
+    reached, the reason is given: furniture, a passage narrower than the robot, or the cells of the grid.
 
     Examples:
 
@@ -102,7 +102,7 @@ def info(
 def stats(
     files: Annotated[list[Path] | None, Argument(help="Files of houses; default: the shipped ones.")] = None,
     split: Annotated[
-        str, Option("--split", help="Of the shared ProcTHOR files: train, validation, test, all.")
+        str, Option("--split", help="Which houses of the shared ProcTHOR files: train, validation, test, all.")
     ] = "all",
     count: Annotated[int, Option("--generated", "-n", help="Also generate this many houses.")] = 0,
     seed: Annotated[int, Option("--seed", help="Seed of the generated houses.")] = 0,

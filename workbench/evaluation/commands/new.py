@@ -50,7 +50,7 @@ def house(
     output: Folder = Path(),
     force: Force = False,
 ) -> None:
-    """Write a house of two rooms in YAML, with comments, to make your own of.
+    """Write a house of two rooms in YAML, with comments, to adapt.
 
     Examples:
 
@@ -66,7 +66,7 @@ def site(
     output: Folder = Path(),
     force: Force = False,
 ) -> None:
-    """Write the survey of a real place of one room, NAME/site.yaml, with comments, to make your own of.
+    """Write the survey of a real place of one room, NAME/site.yaml, with comments, to adapt.
 
     Examples:
 

@@ -16,7 +16,7 @@ def solvers(
     ] = "deliver-3,breakfast,coffee",
     names: Annotated[
         str,
-        Option("--solvers", help="all, or names with commas: sas-lmcut, up-symk-opt, 'command:LINE', ..."),
+        Option("--solvers", help="all, or names separated by commas: sas-lmcut, up-symk-opt, 'command:LINE', ..."),
     ] = "all",
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Problems of each scenario.")] = 3,
     budget: Annotated[float, Option("--budget", min=0.1, help="Time for one plan in seconds.")] = 30.0,

@@ -8,6 +8,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.beliefs.fold_weights import Believers
 from workbench.evaluation.cluster import run_in_order
+from workbench.evaluation.resumed import KeptResults, content_of, key_of, resumed
 from workbench.evaluation.search.missed_looks import START_OVER, MissedLooks, search_with_misses
 from workbench.evaluation.search.table import GREEDY
 from workbench.evaluation.search.trials import (
@@ -74,6 +77,9 @@ class Experiment:
         return MissedLooks(rate=rate, seed=drawn >> 1, start_over=name.endswith(START_OVER))
 
 
+_Job: TypeAlias = "tuple[Experiment, FloorPlan, Contents, tuple[ItemType, ...] | None]"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HouseResult:
     """The trials of one house, or the reason why there are none."""
@@ -117,6 +123,7 @@ def run_experiment(
     asked: Mapping[str, tuple[ItemType, ...]] | None = None,
     workers: int = 1,
     scheduler: str = "",
+    kept: KeptResults[HouseResult] | None = None,
 ) -> Iterator[HouseResult]:
     """Every policy on every query of every house, in the houses' order.
 
@@ -124,6 +131,7 @@ def run_experiment(
         asked: item types by house; None for all. Houses without an entry are left out.
         workers: number of processes; 1 runs in this process.
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
+        kept: results of the same evaluation, stopped before, to which those of other houses are added.
 
     Raises:
         BadValue: fewer than one worker.
@@ -132,7 +140,8 @@ def run_experiment(
         raise BadValue("workers", workers, "at least 1")
     chosen = ((house, None if asked is None else asked.get(house.plan.name, ())) for house in houses)
     jobs = ((experiment, h.plan, dict(h.contents), items) for h, items in chosen if items is None or items)
-    yield from run_in_order(_house_of, jobs, workers=workers, scheduler=scheduler)
+    run = partial(run_in_order, _house_of, workers=workers, scheduler=scheduler)
+    yield from run(jobs) if kept is None else resumed(jobs, kept, key=_key_of, run=run)
 
 
 def draw_queries(houses: Iterable[House], count: int, *, rng: np.random.Generator) -> dict[str, tuple[ItemType, ...]]:
@@ -168,7 +177,15 @@ def _checked(name: str) -> str:
     return (canonical_policy(base) or base) + name[len(base) :]
 
 
-def _house_of(job: tuple[Experiment, FloorPlan, Contents, tuple[ItemType, ...] | None]) -> HouseResult:
+def _key_of(job: _Job) -> str:
+    """All that the trials of a house depend on."""
+    experiment, plan, contents, items = job
+    asked = [(name, experiment.estimator_for(name, plan.name)) for name in experiment.policies]
+    policies = [(name, content_of(name), believer, content_of(believer)) for name, believer in asked]
+    return key_of(policies, experiment.costs, experiment.miss_rate, experiment.seed, plan, contents, items)
+
+
+def _house_of(job: _Job) -> HouseResult:
     return _house(*job)
 
 

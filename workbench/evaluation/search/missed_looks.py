@@ -1,6 +1,6 @@
 """One search where looks can miss: every policy goes on until it has found what exists.
 
-A policy whose containers are all searched goes on by the posterior, as the closed loop does (looking_again.py), or,
+A policy whose containers are all searched goes on by the posterior, as the closed loop does (further_looks.py), or,
 as POLICY@start-over, as if it had seen nothing. The oracle knows what stands where, and no look of it misses.
 """
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from workbench.beliefs.after_looks import after_looks
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.evaluation.search.trials import SearchTrial, empty_belief
-from workbench.execution.looking_again import worth_another_look
+from workbench.execution.further_looks import worth_another_look
 from workbench.planning.tasks import find_task
 from workbench.search.costs import ActionCosts
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop

@@ -16,6 +16,7 @@ import numpy as np
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Failed, OutputExists
 from workbench.evaluation.beliefs.fold_weights import Believers, Folds, FoldSplit, make_folds, require_trainable
+from workbench.evaluation.resumed import KeptResults
 from workbench.evaluation.search.calibration import look_calibration
 from workbench.evaluation.search.experiment import (
     Experiment,
@@ -38,6 +39,8 @@ from workbench.worlds.procthor.load import iter_houses
 from workbench.worlds.shipped import shipped_houses
 
 MAX_SHARED_HOUSES = 100_000
+KEPT_FILE = "houses.jsonl"
+"""Results of an evaluation that is not complete, a house a line."""
 
 Progress = Callable[[Iterable[HouseResult]], Iterable[HouseResult]]
 
@@ -165,16 +168,27 @@ class SearchReport:
         return costs_of(self.trials)
 
 
-def measure(request: SearchRequest, *, believers: Believers | None = None, progress: Progress = iter) -> SearchReport:
+def measure(
+    request: SearchRequest,
+    *,
+    believers: Believers | None = None,
+    progress: Progress = iter,
+    kept: KeptResults[HouseResult] | None = None,
+) -> SearchReport:
     """Run every trial.
 
-    Args:
-        believers: weights by house, for a request with folds.
-        progress: wraps the results as they come, for a progress bar.
+        Args:
+            believers: weights by house, for a request with folds.
+    <<<<<<< HEAD
+            watched: wraps the results as they come, for a progress bar.
+            kept: results of the same evaluation, stopped before.
+    =======
+            progress: wraps the results as they come, for a progress bar.
+    >>>>>>> main
 
-    Raises:
-        NoTrials: there is no query.
-        InputError: a file, policy or estimator cannot be used.
+        Raises:
+            NoTrials: there is no query.
+            InputError: a file, policy or estimator cannot be used.
     """
     experiment = replace(request.experiment(), believers=believers or Believers())
     began = time.perf_counter()
@@ -186,6 +200,7 @@ def measure(request: SearchRequest, *, believers: Believers | None = None, progr
                 asked=request.asked(),
                 workers=request.workers,
                 scheduler=request.scheduler,
+                kept=kept,
             )
         )
     )
@@ -241,6 +256,18 @@ def output_folder(path: Path, *, force: bool) -> Path:
         raise OutputExists(path / "search.json")
     path.mkdir(parents=True, exist_ok=True)
     return path
+
+
+def kept_houses(folder: Path, *, force: bool) -> KeptResults[HouseResult]:
+    """The results that a stopped evaluation left in its folder; with force, none.
+
+    Raises:
+        EvaluationInProgress: another process writes there.
+    """
+    path = folder / KEPT_FILE
+    if force:
+        path.unlink(missing_ok=True)
+    return KeptResults(path, HouseResult)
 
 
 def write_report(report: SearchReport, answer: dict[str, Any], folder: Path) -> list[Path]:

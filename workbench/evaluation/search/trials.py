@@ -16,7 +16,7 @@ from typing import final
 import numpy as np
 
 from workbench.beliefs.belief import Belief, Estimator
-from workbench.planning.warm import warm_up
+from workbench.planning.warm_up import warm_up
 from workbench.plugins import NameOrigin
 from workbench.search.corrected import corrected_find_costs
 from workbench.search.costs import ActionCosts

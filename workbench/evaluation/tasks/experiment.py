@@ -32,6 +32,8 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
     """The settings of a task evaluation; the same settings give the same rows.
 
     Attributes:
+        houses: the file; "" for the shipped ones.
+        split: part of a shared file; ignored with folds.
         scenarios, strategies: names, in the table's order.
         estimator: estimator of our strategies and plug-ins; paper_estimator: estimator of the paper's five.
         folds: number of cross-validation folds over the training houses; 0 for none.
@@ -39,14 +41,14 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
         miss_rate: the chance that a look misses an item.
     """
 
-    houses: str
-    split: str
+    houses: str = ""
+    split: str = "test"
     scenarios: tuple[str, ...]
     strategies: tuple[str, ...]
-    trials: int
-    seed: int
-    estimator: str
-    paper_estimator: str
+    trials: int = 100
+    seed: int = 0
+    estimator: str = "best"
+    paper_estimator: str = "fcnn"
     assets: str = ""
     folds: int = 0
     also: tuple[str, ...] = ()

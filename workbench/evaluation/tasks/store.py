@@ -12,6 +12,7 @@ from typing import BinaryIO
 import msgspec
 
 from workbench.errors import InputError, MalformedFile
+from workbench.evaluation.resumed import EvaluationInProgress
 from workbench.evaluation.tasks.experiment import TaskRequest
 from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.file_lock import locked
@@ -28,13 +29,6 @@ class OtherEvaluation(InputError):
             f"{folder} holds another evaluation: its {field} is {theirs!r}, not {ours!r}. "
             "Give another -o, or --force."
         )
-
-
-class EvaluationInProgress(InputError):
-    """Another process writes to the folder."""
-
-    def __init__(self, folder: Path) -> None:
-        super().__init__(f"{folder} is being written by another evaluation. Wait for it, or give another -o.")
 
 
 class TrialStore:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from workbench.evaluation.tasks.names import scenario_title, strategy_title
 from workbench.evaluation.tasks.rows import TaskRow
 from workbench.tolerances import NEAR_COST
 
+if TYPE_CHECKING:
+    from workbench.evaluation.tasks.experiment import Plan, TaskRequest
+
 REFERENCE = "model-lios"
 """The reference of paired differences: the paper's own strategy."""
 OURS = (
@@ -29,6 +32,22 @@ OURS = (
     ("scout-lios", "conditioned-lios"),
     ("robust-lios", "conditioned-lios"),
 )
+
+
+def answer_of(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dict[str, Any]:
+    """The results as plain values for JSON."""
+    return {
+        "houses": request.houses,
+        "split": request.house_description,
+        "also": list(request.also),
+        "assets": request.assets or None,
+        "miss_rate": request.miss_rate,
+        "seed": request.seed,
+        "rows": table(rows, seed=request.seed),
+        "pairs": pairs(rows, seed=request.seed),
+        "supported": planned.houses,
+        "refused": [{"scenario": s, "house": h, "lacks": why} for s, h, why in planned.refused],
+    }
 
 
 def table(rows: Sequence[TaskRow], *, seed: int = 0) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ from dashboards.model.timeline import timeline_of
 from dashboards.panels.markup import error_line
 from dashboards.viser_app.panel.controls import Controls
 from dashboards.viser_app.session import Session
-from dashboards.viser_app.trouble import ViewErrors
+from dashboards.viser_app.view_errors import ViewErrors
 from dashboards.viser_app.view_state import ViewState
 from workbench.errors import BadValue
 
@@ -65,7 +65,7 @@ def test_a_moment_that_cannot_be_drawn_is_told_and_the_next_is_shown(
     assert not made._thread.is_alive()
     assert (shown[0], shown[-1]) == (0.0, 1.0)
     assert told[0].startswith("this moment could not be drawn: KeyError: ")
-    assert told[0].endswith("(test_trouble.py:" + told[0].rpartition(":")[2])
+    assert told[0].endswith("(test_view_errors.py:" + told[0].rpartition(":")[2])
     assert [record.getMessage() for record in caplog.records] == [f"lios: view 3: {told[0]}"]
     assert "\n" not in told[0]
 

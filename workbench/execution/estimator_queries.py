@@ -18,7 +18,7 @@ from workbench.worlds.perception import Perception
 
 @final
 @dataclass(slots=True)
-class Believing:
+class EstimatorQueries:
     """The beliefs of one run.
 
     Attributes:

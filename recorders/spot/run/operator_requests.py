@@ -14,8 +14,8 @@ SKIPPED = "the operator skips it"
 
 
 @dataclass(slots=True)
-class Wishes:
-    """The operator's wishes, set by a thread that reads keys and taken by the run.
+class OperatorRequests:
+    """The operator's requests, set by a thread that reads keys and taken by the run.
 
     Attributes:
         paused: whether the robot is to stand until it is told to go on.
@@ -52,7 +52,7 @@ class Wishes:
             return items
 
     def forget(self) -> None:
-        """Drop wishes about a container that the robot has left."""
+        """Drop requests about a container that the robot has left."""
         self.take_skip()
         self.take_there()
 
@@ -62,12 +62,12 @@ class RunKeys:
     """The keys of a run but for those that stop it and answer questions.
 
     Args:
-        wishes: what the keys set.
+        requests: what the keys set.
         items: the items that "it is there" may be about; the first nine.
         note: writes a note into the log.
     """
 
-    wishes: Wishes
+    requests: OperatorRequests
     items: Sequence[Item]
     note: Callable[[str], None]
     _choosing: bool = False
@@ -80,13 +80,13 @@ class RunKeys:
         elif lower in ("m", "n"):
             self.note("mark")
         elif lower == "p":
-            self.wishes.paused = True
+            self.requests.paused = True
             self._say("Pause: the robot stands until g is pressed; an arm motion is ended first")
         elif lower == "g":
-            self.wishes.paused = False
+            self.requests.paused = False
             self._say("The robot may go on")
         elif lower == "k":
-            self.wishes.skip()
+            self.requests.skip()
             self._say("Skip this container")
         elif lower == "i" and len(self.items) == 1:
             self._say_there(self.items[0])
@@ -96,7 +96,7 @@ class RunKeys:
             say(f"Which is here? {said}; any other key: none.")
 
     def _say_there(self, item: Item) -> None:
-        self.wishes.there(item)
+        self.requests.there(item)
         self._say(f"The operator says that {item.id} is here")
 
     def _say(self, text: str) -> None:

@@ -10,8 +10,8 @@ from spot_help import messages, placed, robot, run_of
 
 from recorders.spot.client.clock import Stepped
 from recorders.spot.client.connection import Connection
+from recorders.spot.run.operator_requests import SKIPPED, OperatorRequests, RunKeys
 from recorders.spot.run.run import run_and_record
-from recorders.spot.run.wishes import SKIPPED, RunKeys, Wishes
 from recorders.spot.run.world import SpotWorld
 from recorders.spot.simulated.services.server import SimulatedSpot
 from replayers.runs.run import Run, read
@@ -49,10 +49,10 @@ def test_a_paused_robot_stands_and_walks_on_without_being_asked(
         def press(world: SpotWorld) -> None:
             at = world.now_ns()
             if world.at is None and spot.state.body.walked_m > 1.0 and len(stood) < 20:
-                world.wishes.paused = True
+                world.requests.paused = True
                 stood.append((spot.state.body.pose.x_m, at / 1e9))
             elif len(stood) >= 20:
-                world.wishes.paused = False
+                world.requests.paused = False
 
         status, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press)
     assert status == "done"
@@ -74,7 +74,7 @@ def test_a_skipped_container_is_refused_and_the_search_goes_on(
     def press(world: SpotWorld) -> None:
         if not skipped and (world.at is not None) == while_looking:
             skipped.append(str(world.at))
-            world.wishes.skip()
+            world.requests.skip()
 
     with robot() as (spot, connection):
         status, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press)
@@ -92,7 +92,7 @@ def test_an_item_that_the_operator_sees_is_in_the_look_and_noted(
 
     def press(world: SpotWorld) -> None:
         if not told and world.at == LocationId("dining_table"):
-            RunKeys(world.wishes, (bottle,), told.append).press("i")
+            RunKeys(world.requests, (bottle,), told.append).press("i")
 
     with robot("tag-not-seen@0") as (spot, connection):
         _, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press)
@@ -104,22 +104,22 @@ def test_an_item_that_the_operator_sees_is_in_the_look_and_noted(
 
 def test_keys_set_wishes_and_note_them() -> None:
     noted: list[str] = []
-    wishes, items = Wishes(), tuple(placed()[0].tags.values())[:2]
-    keys = RunKeys(wishes, items, noted.append)
+    requests, items = OperatorRequests(), tuple(placed()[0].tags.values())[:2]
+    keys = RunKeys(requests, items, noted.append)
     for key in "npgkx":
         keys.press(key)
     assert noted[0] == "mark"
     assert len(noted) == 4
-    assert not wishes.paused
-    assert wishes.take_skip()
-    assert not wishes.take_skip()
+    assert not requests.paused
+    assert requests.take_skip()
+    assert not requests.take_skip()
     keys.press("i")
     keys.press("x")
     keys.press("2")
-    assert wishes.take_there() == (), "the choice was dropped"
+    assert requests.take_there() == (), "the choice was dropped"
     keys.press("i")
     keys.press("2")
-    assert wishes.take_there() == (items[1],)
+    assert requests.take_there() == (items[1],)
     keys.press("k")
-    wishes.forget()
-    assert not wishes.take_skip()
+    requests.forget()
+    assert not requests.take_skip()

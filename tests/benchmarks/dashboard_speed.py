@@ -1,0 +1,199 @@
+"""Benchmark: the dashboard in Chromium beside that of another build, on the same machine and logs.
+
+    LIOS_BASELINE=../older-checkout python tests/benchmarks/dashboard_speed.py
+
+LIOS_BASELINE is a checkout of another commit with its own .venv; without it this build is measured alone. Both take
+turns, and medians are printed, with their ratio:
+
+- first picture: from opening the address until the panel is filled and the house is drawn, with three runs;
+- step: from the key of the next decision until the panel shows it and a frame was drawn;
+- frames a second while playing three and nineteen runs;
+- the processor seconds of server and browser for each of these, which hardly depend on what else the machine does;
+- memory of the server after one minute of playing at 16 times the speed and after three, and how much it grew.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+import psutil
+from PIL import Image
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "dashboards"))
+
+from chromium import chromium  # noqa: E402  after the path is set
+from playwright.sync_api import Browser, Page  # noqa: E402
+
+REPEATS, STEPS = int(os.environ.get("LIOS_REPEATS", "3")), 12
+PLAYED_S, MINUTE_S = 5.0, float(os.environ.get("LIOS_MINUTE_S", "60"))
+THREE = [f"find-{name}" for name in ("lios", "greedy", "conditioned-lios")]
+WATCH = """() => new Promise((done) => {
+  const words = () => [...document.querySelectorAll('.lp p')].map((p) => p.innerText)
+    .find((t) => /^Decision \\d+ of/.test(t));
+  const before = words();
+  window.addEventListener('keydown', () => {
+    const began = performance.now();
+    const look = () => words() !== before
+      ? requestAnimationFrame(() => requestAnimationFrame(() => { window.took = performance.now() - began; }))
+      : setTimeout(look, 2);
+    look();
+  }, { once: true, capture: true });
+  window.took = null;
+  done(true);
+})"""
+FRAMES = """(seconds) => new Promise((done) => {
+  let frames = 0; const began = performance.now();
+  const tick = () => { frames += 1; const passed = (performance.now() - began) / 1000;
+    passed < seconds ? requestAnimationFrame(tick) : done(frames / passed); };
+  requestAnimationFrame(tick);
+})"""
+
+
+@contextmanager
+def served(build: Path, logs: list[Path]) -> Iterator[tuple[str, psutil.Process]]:
+    """A dashboard of a build: its address and its process."""
+    python = build / ".venv" / "bin" / "python"
+    command = [str(python if python.exists() else sys.executable), "-m", "workbench", "view", *map(str, logs)]
+    with subprocess.Popen([*command, "--port", "0"], cwd=build, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        try:
+            for line in process.stderr:
+                found = re.search(r"http://\S+", line)
+                if found:
+                    yield found[0], psutil.Process(process.pid)
+                    return
+            raise RuntimeError(f"{build} serves nothing")
+        finally:
+            process.terminate()
+
+
+def spent(server: psutil.Process) -> float:
+    """Processor seconds of a server and of the browser so far."""
+    total = 0.0
+    for process in (server, *psutil.Process().children(recursive=True)):
+        try:
+            if process == server or "chrom" in process.name().lower():
+                used = process.cpu_times()
+                total += used.user + used.system
+        except psutil.NoSuchProcess:
+            continue
+    return total
+
+
+def drawn(page: Page) -> bool:
+    """Whether the house is in the picture: an empty page has few colours."""
+    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+    part = picture[160:500, 60:560].reshape(-1, 3)
+    return len(np.unique(part, axis=0)) > 200
+
+
+def opened(browser: Browser, address: str) -> tuple[Page, float]:
+    """A page, and the seconds to its first picture."""
+    page = browser.new_page(viewport={"width": 1000, "height": 700})
+    page.set_default_timeout(120_000)
+    began = time.perf_counter()
+    page.goto(address)
+    page.locator(".lp .facts").wait_for()
+    while not drawn(page):
+        pass
+    return page, time.perf_counter() - began
+
+
+def step_ms(page: Page) -> float:
+    """Milliseconds from the key to the frame of the next decision."""
+    page.evaluate(WATCH)
+    page.keyboard.press("l")
+    page.wait_for_function("window.took !== null", polling=10)
+    return page.evaluate("window.took")
+
+
+def frame_rate(page: Page) -> float:
+    """Frames a second while playing."""
+    page.keyboard.press("Home")
+    page.keyboard.press("Space")
+    page.wait_for_timeout(1000)
+    rate = page.evaluate(FRAMES, PLAYED_S)
+    page.keyboard.press("Space")
+    return rate
+
+
+def measured(browser: Browser, build: Path, logs: list[Path], many: list[Path]) -> dict[str, float]:
+    """One turn of a build."""
+    found: dict[str, float] = {}
+    with served(build, logs) as (address, server):
+        before = spent(server)
+        page, found["first picture s"] = opened(browser, address)
+        found["first picture, processor s"] = spent(server) - before
+        page.wait_for_timeout(3000)
+        page.keyboard.press("Home")
+        page.wait_for_timeout(1000)
+        before = spent(server)
+        steps = [step_ms(page) for _ in range(STEPS // 2)]
+        page.keyboard.press("Home")
+        steps += [step_ms(page) for _ in range(STEPS // 2)]
+        found["step ms"] = median(steps)
+        found["step, processor ms"] = 1000 * (spent(server) - before) / STEPS
+        found["frames/s of 3"] = frame_rate(page)
+        page.close()
+    with served(build, many) as (address, _):
+        page, found["first picture of 19 s"] = opened(browser, address)
+        page.wait_for_timeout(1500)
+        found["frames/s of 19"] = frame_rate(page)
+        page.close()
+    return found
+
+
+def memory_mb(browser: Browser, build: Path, logs: list[Path]) -> tuple[float, float]:
+    """Memory of the server after one and after three minutes of playing at 16 times the speed."""
+    with served(build, logs) as (address, process):
+        page, _ = opened(browser, address + "&tab=View")
+        page.get_by_role("tab", name="View", exact=True).click()
+        page.get_by_text("Loop", exact=True).click()
+        page.locator("input[value='1×']").click()
+        page.get_by_role("option", name="16×").click()
+        page.keyboard.press("Escape")
+        page.get_by_role("button", name="Play").click()
+        page.wait_for_timeout(1000 * MINUTE_S)
+        first = process.memory_info().rss / 1e6
+        page.wait_for_timeout(2000 * MINUTE_S)
+        second = process.memory_info().rss / 1e6
+        page.close()
+    return first, second
+
+
+def main() -> None:
+    """Measures and prints."""
+    baseline = os.environ.get("LIOS_BASELINE")
+    builds = {"this": ROOT} | ({"baseline": Path(baseline).resolve()} if baseline else {})
+    logs = [ROOT / "logs" / f"{name}.mcap" for name in THREE]
+    many = [path for path in sorted((ROOT / "logs").glob("*.mcap")) if path.stem.startswith("spot-home")][:16]
+    many = [*logs, *many]
+    turns: dict[str, list[dict[str, float]]] = {name: [] for name in builds}
+    with chromium() as browser:
+        with served(ROOT, logs) as (address, _):
+            opened(browser, address)[0].close()  # the browser's first page takes longer than any other
+        for turn in range(REPEATS):
+            for name, build in list(builds.items())[:: -1 if turn % 2 else 1]:
+                turns[name].append(measured(browser, build, logs, many))
+        memory = {name: memory_mb(browser, build, logs) for name, build in builds.items() if MINUTE_S}
+    for figure in turns["this"][0]:
+        values = {name: median(turn[figure] for turn in made) for name, made in turns.items()}
+        ratio = f"  ratio {values['this'] / values['baseline']:.2f}" if "baseline" in values else ""
+        print(f"{figure:28}" + "  ".join(f"{name} {value:8.2f}" for name, value in values.items()) + ratio)
+    for name, (first, second) in memory.items():
+        print(f"memory of {name}: {first:.0f} MB after a minute, {second:.0f} MB after three")
+
+
+if __name__ == "__main__":
+    main()
