@@ -130,6 +130,22 @@ def test_it_says_how_a_list_is_given() -> None:
         command_of("two", _two_options, help="").main(["--names", "a", "--names", "b"], standalone_mode=False)
 
 
+@pytest.mark.parametrize(
+    "line",
+    [["--one", ""], ["--names", " "], ["--many", "a", "--many", ""], ["--one="]],
+    ids=["text", "blank", "one of several", "="],
+)
+def test_an_empty_text_is_refused(line: list[str]) -> None:
+    """That of a shell variable that is not set would mean the default, or this folder."""
+    with pytest.raises(click.BadParameter, match="it is empty"):
+        command_of("two", _two_options, help="").main(line, standalone_mode=False)
+
+
+def test_an_empty_path_is_not_this_folder() -> None:
+    with pytest.raises(click.BadParameter, match=r"it is empty\. Give a value, or leave the argument out\."):
+        command_of("everything", everything, help="").main([""], standalone_mode=False)
+
+
 def test_what_takes_several_still_does() -> None:
     line = ["--many", "a", "--many", "b", "--flag", "--flag", "--one", "x"]
     assert command_of("two", _two_options, help="").main(line, standalone_mode=False) == ("x", "", ["a", "b"], True)

@@ -191,6 +191,20 @@ class GivenTwice(click.BadOptionUsage):
         super().__init__(name, f"{name} is given twice. It takes {how}.", ctx)
 
 
+class GivenEmpty(click.BadParameter):
+    """An option or an argument was given an empty text."""
+
+    def __init__(self, param: click.Parameter, ctx: click.Context) -> None:
+        kind = "option" if isinstance(param, click.Option) else "argument"
+        super().__init__(f"it is empty. Give a value, or leave the {kind} out.", ctx, param)
+
+
+def _has_empty_text(value: object) -> bool:
+    """Whether a value as typed, or one of several, is a text of no characters."""
+    values: Sequence[object] = value if isinstance(value, list | tuple) else (value,)
+    return any(isinstance(one, str) and not one.strip() for one in values)
+
+
 class _ExplainedArgument(click.Argument):
     """An argument with a sentence of help, also where click has none for arguments (before 8.5)."""
 
@@ -203,16 +217,20 @@ class _ExplainedArgument(click.Argument):
 
 
 class _Explained(click.Command):
-    """A command whose help tells its arguments before its options, and that refuses to forget a value."""
+    """A command whose help tells its arguments before its options, and that refuses to forget or invent a value."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click, which otherwise keeps the last of several values of an option that takes one, without a word."""
+        """As click, which otherwise keeps the last of several values of an option that takes one, without a word.
+
+        An empty text, as of a shell variable that is not set, would mean the default, or as a path this folder.
+        """
         if not ctx.resilient_parsing:
             given, _, order = self.make_parser(ctx).parse_args(args=list(args))
-            del given
             for param, count in Counter(order).items():
                 if count > 1 and isinstance(param, click.Option) and not (param.multiple or param.is_flag):
                     raise GivenTwice(param, ctx)
+                if _has_empty_text(given.get(str(param.name))):
+                    raise GivenEmpty(param, ctx)
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

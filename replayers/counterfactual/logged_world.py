@@ -133,7 +133,7 @@ class LoggedWorld:
 
         def shows(container: ContainerId) -> tuple[Item, ...] | None:
             nonlocal known
-            found = self._contents(container, known)
+            found = self._seen_as_recorded(container) if self._as_recorded else self._contents(container, known)
             if found is None:
                 return None
             items, supports[container] = found
@@ -199,7 +199,7 @@ class LoggedWorld:
         inside = self.evidence.contents.get(container)
         support = IMPUTED if inside is None else LOGGED
         doubted = container in self.evidence.doubtful and self.evidence.misses_left(knowledge)
-        if inside is None or (doubted and not self._as_recorded):
+        if inside is None or doubted:
             more = self._filling(container, knowledge)
             if more is None:
                 return None
@@ -209,6 +209,11 @@ class LoggedWorld:
                 support = IMPUTED
             inside = (*(inside or ()), *more)
         return self._now_there(container, inside), support
+
+    def _seen_as_recorded(self, container: ContainerId) -> tuple[tuple[Item, ...], str] | None:
+        """What a container showed when it came into view; None where it never did."""
+        shown = self.evidence.looks.get(container, ())
+        return (self._now_there(container, shown[0]), LOGGED) if shown else None
 
     def _look_as_recorded(self, container: ContainerId) -> LookResult | NotInLog:
         start, number = self._now_ns, self.knowledge.looks(container)

@@ -75,8 +75,8 @@ def with_corrections(
             continue
         held[correction.container] = (*held[correction.container], correction.item)
         used.append(correction)
-        by = f" by {correction.author}" if correction.author else ""
-        notes.append(f"a person{by} says that {correction.words}, which no look showed: taken as certain")
+        who = correction.author or "a person"
+        notes.append(f"{who} says that {correction.words}, which no look showed: taken as certain")
     return held, tuple(used), tuple(notes)
 
 
