@@ -168,6 +168,7 @@ def test_store_from_upload_to_reading(
     assert read(f"{bucket}/day/toy.mcap").sha256 == read(log).sha256
 
 
+@pytest.mark.slow
 def test_google_store_from_upload_to_reading(
     log: Path, google_bucket: str, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
