@@ -48,7 +48,7 @@ def test_names_that_are_no_module_or_another_one_are_refused(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.run(["new", "planner", "-o", str(tmp_path), "--", name]) == 2
-    assert "NAME is" in capsys.readouterr().err
+    assert "NAME" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
