@@ -86,6 +86,16 @@ def test_costs_from_a_stop_are_those_of_the_grid() -> None:
     assert onwards[-1] == NAVIGATION.standing[LocationId(DESK)].point
 
 
+def test_what_lies_ahead_of_a_stop_does_not_depend_on_who_walked_there_before() -> None:
+    made = ways()
+    walk = made.walk(START, LocationId(DESK), seeking=(), known=(), shows=lambda c: ())
+    assert isinstance(walk, Walk)
+    fresh, bed = ways(), LocationId(BED)
+    assert made.standing_pose(walk.end) == fresh.standing_pose(walk.end)
+    assert made.path(walk.end, bed) == fresh.path(walk.end, bed)
+    assert made.along(walk.end, bed) == fresh.along(walk.end, bed)
+
+
 def test_an_unknown_sight_ends_the_answer() -> None:
     found = ways().walk(START, LocationId(BED), seeking=None, known={COUNTER}, shows=lambda c: None)
     assert found == UnknownSight(container=TABLE)

@@ -109,7 +109,6 @@ class PassingWays:
         self._open = tuple(c for c in self._lines.open if travel.reaches(LocationId(c.id)))
         self._travel = travel
         self._ways = ways
-        self._stops: dict[LocationId, Pose] = {}
         self._travels: dict[LocationId, TravelCosts] = {}
         self._paths: dict[tuple[LocationId, LocationId], tuple[Point, ...] | None] = {}
         self._along: dict[tuple[LocationId, LocationId], tuple[Sighting, ...]] = {}
@@ -190,24 +189,18 @@ class PassingWays:
         if stop is None:
             return Walk(end=b, metres=metres, path=path, seen=tuple(seen))
         return Walk(
-            end=self._stop_at(stop.viewpoint),
+            end=_stop_at(stop.viewpoint),
             metres=stop.along_m,
             path=_up_to(path, stop.along_m, stop.viewpoint.point),
             seen=tuple(seen),
         )
 
     def _stop(self, location: LocationId) -> Pose | None:
-        """The pose of a stop; None for any other location."""
-        point = None if location in self._stops else stop_point(location)
-        if point is not None:
-            self._stops[location] = Pose(x_m=point[0], y_m=point[1])
-        return self._stops.get(location)
-
-    def _stop_at(self, pose: Pose) -> LocationId:
-        """The location of a stop, named by its coordinates in metres."""
-        name = LocationId(f"{ON_THE_WAY}|{pose.x_m:.3f}|{pose.y_m:.3f}")
-        self._stops.setdefault(name, pose)
-        return name
+        """The pose of a stop, by its name alone, so that it is the same in whatever order ways are walked; None for
+        any other location.
+        """
+        point = stop_point(location)
+        return None if point is None else Pose(x_m=point[0], y_m=point[1])
 
     def _found_along(self, way: Sequence[Point], end: Pose | None) -> tuple[Sighting, ...]:
         left = list(self._open)
@@ -217,6 +210,11 @@ class PassingWays:
             seen += [Sighting(container=c.id, viewpoint=pose, along_m=along_m) for c in now]
             left = [c for c in left if c not in now]
         return tuple(seen)
+
+
+def _stop_at(pose: Pose) -> LocationId:
+    """The location of a stop, named by its coordinates to the millimetre."""
+    return LocationId(f"{ON_THE_WAY}|{pose.x_m:.3f}|{pose.y_m:.3f}")
 
 
 def passing_ways(plan: FloorPlan, travel: TravelCosts, ways: Ways, radius_m: float) -> PassingWays | None:
