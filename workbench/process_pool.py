@@ -25,6 +25,10 @@ FORK_UNSAFE_LIBRARIES = ("libgomp", "libomp", "libiomp", "libtbb", "libtorch", "
 ends its threads before a fork and restarts them on demand."""
 
 
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Variables by which libraries take fewer threads than there are cores."""
+
+
 @contextmanager
 def process_pool(
     workers: int, *, initializer: Callable[[], None] | None = None, inherit: bool = False
@@ -51,6 +55,26 @@ def process_pool(
             process.terminate()
         raise
     pool.shutdown()
+
+
+@contextmanager
+def one_thread_each(*, whatever_is_set: bool = False) -> Generator[None]:
+    """Processes that are started meanwhile use one thread each: many processes with many threads are slower than many
+    processes.
+
+    Args:
+        whatever_is_set: also where the user's environment gives another number.
+    """
+    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
+    os.environ.update({name: "1" if whatever_is_set or value is None else value for name, value in before.items()})
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
 def can_inherit() -> bool:

@@ -23,7 +23,7 @@ from replayers.live.ghost_bounds import GhostReport
 from replayers.live.ghosts import AnotherRun, Ghosts
 from workbench.errors import LiosError
 from workbench.plugins import NameOrigin
-from workbench.process_pool import end_with_parent
+from workbench.process_pool import end_with_parent, one_thread_each
 
 EVERY_S = 0.1
 """Seconds between looks at the log."""
@@ -31,8 +31,6 @@ MEMORY_BYTES = 4 << 30
 """What the process may allocate; where it needs more, it dies and is started anew."""
 MAX_RESTARTS = 3
 NICENESS = 10
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""Variables by which libraries take fewer threads than there are cores."""
 
 
 @final
@@ -89,7 +87,7 @@ class GhostProcess:
         context = multiprocessing.get_context("spawn")
         self._pipe, far = context.Pipe(duplex=False)
         self._process = context.Process(target=_work, args=(far, *self._of), name="ghosts", daemon=False)
-        with _FewThreads():
+        with one_thread_each(whatever_is_set=True):  # the robot needs the other cores
             self._process.start()
         far.close()
 
@@ -101,22 +99,6 @@ class GhostProcess:
             self._start()
             return None
         return GhostReport(ended=f"The replays beside the run ended {self._deaths} times and are not started again.")
-
-
-@final
-class _FewThreads:
-    """While a process starts, its libraries are told to take one thread each; the robot needs the other cores."""
-
-    def __enter__(self) -> None:
-        self._before = {name: os.environ.get(name) for name in THREADS}
-        os.environ.update(dict.fromkeys(THREADS, "1"))
-
-    def __exit__(self, *_: object) -> None:
-        for name, value in self._before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 def _work(pipe: Connection, log: Path, strategies: tuple[str, ...], output: Path, origin: NameOrigin) -> None:

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from workbench import __version__
 from workbench.errors import Failed, InputError, MissingExtra
-from workbench.process_pool import process_pool
+from workbench.process_pool import one_thread_each, process_pool
 from workbench.terminal import say
 
 Unit = TypeVar("Unit")
@@ -265,19 +265,3 @@ def _warning_without_workers(client: Any, scheduler: str) -> Generator[None]:
     finally:
         ended.set()
         watcher.join(timeout=LOOK_EVERY_S)
-
-
-@contextmanager
-def one_thread_each() -> Generator[None]:
-    """Workers use one thread each: many processes with many threads are slower than many processes."""
-    names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update({name: os.environ.get(name, "1") for name in names})
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from recorders.commands.evaluate.paired_table import PairedTable, answer_with, require_free, skipped_rows
+
 if TYPE_CHECKING:
     from workbench.evaluation.memory.conditions import MemoryCost
     from workbench.evaluation.memory.searches import MemoryHouse
@@ -34,7 +36,7 @@ def show_searches(
     from workbench.plugins import NameOrigin
     from workbench.search.costs import ActionCosts
 
-    _require_free(output, force=force)
+    require_free(_file(output), force=force)
     named = (DEFAULT,) if "all" in [name.lower() for name in request.policies] else request.policies
     estimator(request.estimator, origin=NameOrigin.USER)
     settings = MemorySearches(
@@ -61,7 +63,7 @@ def show_tasks(request: TaskRequest, rates: Path | None, output: Path | None, *,
     from workbench.evaluation.memory.tasks import MemoryTasks, remembered_tasks
     from workbench.evaluation.tasks.experiment import NoHouse, plan_trials
 
-    _require_free(output, force=force)
+    require_free(_file(output), force=force)
     planned = plan_trials(request)
     if not planned.keys:
         raise NoHouse(request)
@@ -83,11 +85,8 @@ def _all_named(names: Sequence[str]) -> bool:
     return set(names) >= {name for name in STRATEGIES if name != "oracle"}
 
 
-def _require_free(output: Path | None, *, force: bool) -> None:
-    from workbench.errors import OutputExists
-
-    if output is not None and (output / "memory.json").exists() and not force:
-        raise OutputExists(output / "memory.json")
+def _file(output: Path | None) -> Path | None:
+    return None if output is None else output / "memory.json"
 
 
 def _show(
@@ -99,12 +98,9 @@ def _show(
     *,
     json: bool,
 ) -> None:
-    import msgspec
-
     from workbench.errors import Failed
     from workbench.evaluation.memory.conditions import memory_rows
-    from workbench.files import write_atomically
-    from workbench.terminal import emit_json, progress
+    from workbench.terminal import progress
 
     made = list(progress(results, title=doing))
     costs: list[MemoryCost] = [cost for result in made for cost in result.costs]
@@ -115,37 +111,23 @@ def _show(
         "rows": memory_rows(costs, seed=seed),
         **about,
         "seed": seed,
-        "skipped": [{"house": house, "reason": reason} for house, reason in skipped],
+        "skipped": skipped_rows(skipped),
     }
-    if output is not None:
-        output.mkdir(parents=True, exist_ok=True)
-        text = msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n"
-        write_atomically(output / "memory.json", text)
-    emit_json(answer) if json else _print(answer, output)
+    answer_with(answer, PairedTable("memory of five earlier runs", SHOWN, _shown), _file(output), json=json)
 
 
-def _print(answer: dict[str, Any], output: Path | None) -> None:
-    from workbench.evaluation.statistics import ends_in_words, intervals_in_words
-    from workbench.terminal import emit_table, say, signed_percentage
+def _shown(row: dict[str, Any]) -> dict[str, object]:
+    from workbench.evaluation.statistics import ends_in_words
+    from workbench.terminal import signed_percentage
 
-    shown = [
-        {
-            "strategy": row["strategy"],
-            "condition": row["condition"],
-            "trials": row["trials"],
-            "without": row["cost_without"],
-            "remembered": row["cost_remembered"],
-            "saved": signed_percentage(row["saved"]),
-            "95 %": ends_in_words(row["saved_ci95"], "+.1f", scale=100),
-            "oracle saves": signed_percentage(row["oracle_saves"]),
-            "gap closed": signed_percentage(row["gap_closed"]),
-        }
-        for row in answer["rows"]
-    ]
-    emit_table(shown, columns=SHOWN, title=f"memory of five earlier runs ({answer['split']})")
-    if words := intervals_in_words(row["ci95_resamples"] for row in answer["rows"]):
-        say(words)
-    for skipped in answer["skipped"]:
-        say(f"left out: {skipped['house']}: {skipped['reason']}")
-    if output is not None:
-        say(f"Written to {output / 'memory.json'}")
+    return {
+        "strategy": row["strategy"],
+        "condition": row["condition"],
+        "trials": row["trials"],
+        "without": row["cost_without"],
+        "remembered": row["cost_remembered"],
+        "saved": signed_percentage(row["saved"]),
+        "95 %": ends_in_words(row["saved_ci95"], "+.1f", scale=100),
+        "oracle saves": signed_percentage(row["oracle_saves"]),
+        "gap closed": signed_percentage(row["gap_closed"]),
+    }

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from recorders.commands.evaluate.paired_table import PairedTable, answer_with, require_free, skipped_rows
+
 if TYPE_CHECKING:
     from workbench.evaluation.search.report import SearchRequest
 
@@ -20,20 +22,16 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
         InputError: a radius, file, policy or estimator cannot be used, or the output exists.
         Failed: there was nothing to search for.
     """
-    import msgspec
-
-    from workbench.errors import Failed, OutputExists
+    from workbench.errors import Failed
     from workbench.evaluation.search.experiment import policies_named
     from workbench.evaluation.search.sight_curve import SightSearches, radii_named, seeing_searches, sight_rows
     from workbench.evaluation.search.trials import ORACLE
-    from workbench.files import write_atomically
     from workbench.search.costs import ActionCosts
-    from workbench.terminal import emit_json, progress
+    from workbench.terminal import progress
 
     radii = radii_named(sees)
     file = None if output is None else output / "sight.json"
-    if file is not None and file.exists() and not force:
-        raise OutputExists(file)
+    require_free(file, force=force)
     request.experiment()
     everything = "all" in [name.lower() for name in request.policies]
     named = policies_named((DEFAULT,) if everything else request.policies)
@@ -57,37 +55,24 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
         "split": request.split,
         "estimator": request.estimator,
         "seed": request.seed,
-        "skipped": [{"house": house, "reason": reason} for house, reason in skipped],
+        "skipped": skipped_rows(skipped),
     }
-    if file is not None:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(file, msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
-    emit_json(answer) if json else _print(answer, file)
+    answer_with(answer, PairedTable("open furniture seen in passing", SHOWN, _shown), file, json=json)
 
 
-def _print(answer: dict[str, Any], file: Path | None) -> None:
-    from workbench.evaluation.statistics import ends_in_words, intervals_in_words
-    from workbench.terminal import emit_table, say, signed_percentage
+def _shown(row: dict[str, Any]) -> dict[str, object]:
+    from workbench.evaluation.statistics import ends_in_words
+    from workbench.terminal import signed_percentage
 
-    shown = [
-        {
-            "policy": row["policy"],
-            "sees": f"{row['sees_m']:g} m",
-            "queries": row["queries"],
-            "without": row["cost_without"],
-            "seeing": row["cost_seeing"],
-            "saved": signed_percentage(row["saved"]),
-            "95 %": ends_in_words(row["saved_ci95"], "+.1f", scale=100),
-            "oracle saves": signed_percentage(row["oracle_saves"]),
-            "looks": row["searches_without"],
-            "seeing looks": row["searches_seeing"],
-        }
-        for row in answer["rows"]
-    ]
-    emit_table(shown, columns=SHOWN, title=f"open furniture seen in passing ({answer['split']})")
-    if words := intervals_in_words(row["ci95_resamples"] for row in answer["rows"]):
-        say(words)
-    for skipped in answer["skipped"]:
-        say(f"left out: {skipped['house']}: {skipped['reason']}")
-    if file is not None:
-        say(f"Written to {file}")
+    return {
+        "policy": row["policy"],
+        "sees": f"{row['sees_m']:g} m",
+        "queries": row["queries"],
+        "without": row["cost_without"],
+        "seeing": row["cost_seeing"],
+        "saved": signed_percentage(row["saved"]),
+        "95 %": ends_in_words(row["saved_ci95"], "+.1f", scale=100),
+        "oracle saves": signed_percentage(row["oracle_saves"]),
+        "looks": row["searches_without"],
+        "seeing looks": row["searches_seeing"],
+    }

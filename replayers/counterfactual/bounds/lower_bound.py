@@ -14,6 +14,7 @@ from typing import final
 
 import numpy as np
 
+from replayers.counterfactual.bounds.travel_row import travel_row
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
 from workbench.arrays import Floats, Indices
@@ -84,7 +85,10 @@ class LowerBound:
     def _bound(self, part: Delivered | Holding, knowledge: Knowledge, *, held: bool) -> tuple[float, float]:
         if is_met(part, knowledge):
             return 0.0, 0.0
-        here, to = self._row_from(knowledge), self._index.get(part.at)
+        here, to = (
+            travel_row(knowledge, self._index, self._metres, share=1 - ROUNDING_SHARE),
+            self._index.get(part.at),
+        )
         if here is None or to is None:
             return inf, inf
         place = self._handle if isinstance(part, Delivered) else 0.0
@@ -97,16 +101,6 @@ class LowerBound:
         if isinstance(part, Delivered) and to in at:
             return min(least, float(here[to])), 0.0
         return least, float(self._metres[at, to].min()) + 2 * self._handle
-
-    def _row_from(self, knowledge: Knowledge) -> Floats | None:
-        """Metres from where the robot is, also from a stop on its way, to every location; None if there is none."""
-        here = self._index.get(knowledge.robot_at)
-        if here is not None:
-            return self._metres[here]
-        if not knowledge.travel.reaches(knowledge.robot_at):
-            return None
-        row = knowledge.travel.metres[knowledge.travel.index(knowledge.robot_at), : len(self._metres)]
-        return row * (1 - ROUNDING_SHARE)
 
     def _sources(self, item_type: ItemType, knowledge: Knowledge) -> Indices:
         """Where an instance may stand: known, shown by the log, or in a container that is still open."""

@@ -19,6 +19,7 @@ from typing import final
 import numpy as np
 
 from replayers.counterfactual.bounds.max_assignment import max_assignment
+from replayers.counterfactual.bounds.travel_row import travel_row
 from replayers.counterfactual.estimates.complete_linkage import merge_widths
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import max_instances
@@ -119,7 +120,7 @@ class UpperBound:
             walking: the robot is on a move on which something came into view that it does not know yet.
         """
         left = tuple(part for part in self._unmet_parts(knowledge) if part.at in self._index)
-        row = self._row_from(knowledge)
+        row = travel_row(knowledge, self._index, self._metres)
         if len(left) == 1 and not walking and row is not None and self._one_way:
             part, held = left[0], knowledge.holding
             if held is not None and held.type == part.item_type:
@@ -137,15 +138,6 @@ class UpperBound:
         fetches = min(self.max_picks, len(left))
         moves = len(looks) + 2 * fetches + walking
         return moves * longest + self._costs.search * len(looks) + 2 * fetches * self._costs.manipulation
-
-    def _row_from(self, knowledge: Knowledge) -> Floats | None:
-        """Metres from where the robot is, also from a stop on its way, to every location."""
-        here = self._index.get(knowledge.robot_at)
-        if here is not None:
-            return self._metres[here]
-        if not knowledge.travel.reaches(knowledge.robot_at):
-            return None
-        return knowledge.travel.metres[knowledge.travel.index(knowledge.robot_at), : len(self._metres)]
 
     def _unmet_parts(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
         """The parts of the goal that are not met."""

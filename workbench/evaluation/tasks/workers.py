@@ -7,10 +7,10 @@ from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.evaluation.cluster import on_cluster, one_thread_each
+from workbench.evaluation.cluster import on_cluster
 from workbench.evaluation.tasks.rows import TaskRow
 from workbench.evaluation.tasks.trials import EventHook, TrialKey, prepare_trial, run_trial
-from workbench.process_pool import process_pool
+from workbench.process_pool import one_thread_each, process_pool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
