@@ -64,6 +64,7 @@ WRONG = (
     "evaluate search --queries 1 --policies json:dumps",
     "evaluate search --queries 1 --policies :f",
     "evaluate spot --images-hz -1",
+    "spot check --robot 127.0.0.1:9 --site paper_home --images-hz -1",
     "spot simulate --port 99999",
     "spot simulate --for -1",
 )

@@ -7,7 +7,16 @@ from typing import Annotated
 
 import click
 
-from recorders.commands.spot.options import Certificate, SiteOption
+from recorders.commands.spot.options import (
+    FRONT_CAMERAS,
+    IMAGES_HZ,
+    Cameras,
+    Certificate,
+    ImagesHz,
+    SiteOption,
+    camera_names,
+    check_within,
+)
 from workbench.options import Json
 from workbench.parameters import Option
 
@@ -23,10 +32,8 @@ def check(
     output: Annotated[
         Path, Option("--output", "-o", help="The log that the run would write: its disk is checked.")
     ] = Path("run.mcap"),
-    cameras: Annotated[str, Option("--cameras", help="Image sources, comma-separated.")] = (
-        "frontleft_fisheye_image,frontright_fisheye_image"
-    ),
-    images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
+    cameras: Cameras = FRONT_CAMERAS,
+    images_hz: ImagesHz = IMAGES_HZ,
     take_lease: Annotated[bool, Option("--take-lease", help="The run would take the lease from its owner.")] = False,
     own_estop: Annotated[bool, Option("--own-estop", help="The run would use its own e-stop endpoint.")] = False,
     certificate: Certificate = None,
@@ -56,13 +63,14 @@ def check(
 
     if not robot and map_folder is None:
         raise BadValue("--robot", None, "given, or --map with the folder of a map")
+    check_within("--images-hz", images_hz, 0, 60)
     place = load_site(site)
     in_folder, graph = ([], None) if map_folder is None else folder_findings(map_folder, place)
     found = list(in_folder)
     if robot:
         wanted = CheckPlan(
             site=place,
-            cameras=tuple(name.strip() for name in cameras.split(",") if name.strip()) if images_hz > 0 else (),
+            cameras=camera_names(cameras) if images_hz > 0 else (),
             images_hz=images_hz,
             take_lease=take_lease,
             own_estop=own_estop,

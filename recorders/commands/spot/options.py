@@ -17,6 +17,24 @@ Certificate = Annotated[
     Path | None,
     Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
 ]
+SpeedLimit = Annotated[float | None, Option("--speed", help="Speed limit in m/s.")]
+LookSeconds = Annotated[float, Option("--look", help="Duration of a look in seconds.")]
+ImagesHz = Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")]
+Cameras = Annotated[str, Option("--cameras", help="Image sources, comma-separated.")]
+TakeLease = Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")]
+OwnEstop = Annotated[
+    bool, Option("--own-estop", help="Guard the run by our own e-stop endpoint, instead of the tablet's.")
+]
+FurnitureOpen = Annotated[
+    bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before the run.")
+]
+ContinueAfterOutage = Annotated[
+    bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")
+]
+DryRun = Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")]
+
+LOOK_S, IMAGES_HZ = 6.0, 2.0
+FRONT_CAMERAS = "frontleft_fisheye_image,frontright_fisheye_image"
 
 
 def check_within(option: str, value: float, minimum: float, maximum: float) -> None:

@@ -6,7 +6,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from recorders.commands.spot.options import Certificate, LogSerial, OperatorName, Robot, camera_names, check_within
+from recorders.commands.spot.options import (
+    FRONT_CAMERAS,
+    IMAGES_HZ,
+    Cameras,
+    Certificate,
+    ImagesHz,
+    LogSerial,
+    OperatorName,
+    Robot,
+    camera_names,
+    check_within,
+)
 from workbench.options import Force, Json, ServePort
 from workbench.parameters import Option
 
@@ -15,10 +26,8 @@ def record(
     robot: Robot,
     site: Annotated[str, Option("--site", help="Survey file or shipped site; omit it if there is none yet.")] = "",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("session.mcap"),
-    images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
-    cameras: Annotated[
-        str, Option("--cameras", help="Image sources, comma-separated.")
-    ] = "frontleft_fisheye_image,frontright_fisheye_image",
+    images_hz: ImagesHz = IMAGES_HZ,
+    cameras: Cameras = FRONT_CAMERAS,
     state_hz: Annotated[float, Option("--state-hz", help="Robot states per second.")] = 10.0,
     raw: Annotated[bool, Option("--raw/--no-raw", help="Also record bosdyn's original messages.")] = True,
     task: Annotated[Path | None, Option("--task", help="The task of the session (YAML), for later replays.")] = None,

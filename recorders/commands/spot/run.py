@@ -7,11 +7,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from recorders.commands.spot.options import (
+    FRONT_CAMERAS,
+    IMAGES_HZ,
+    LOOK_S,
+    Cameras,
     Certificate,
+    ContinueAfterOutage,
+    DryRun,
+    FurnitureOpen,
+    ImagesHz,
     LogSerial,
+    LookSeconds,
     OperatorName,
+    OwnEstop,
     Robot,
     SiteOption,
+    SpeedLimit,
+    TakeLease,
     camera_names,
     check_within,
 )
@@ -34,28 +46,20 @@ def run(
         Option("--estimator", help="counts, fcnn, best, people, mixed, a .safetensors, a .prompt, or module:Class."),
     ] = "best",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
-    speed: Annotated[float | None, Option("--speed", help="Speed limit in m/s.")] = None,
-    look: Annotated[float, Option("--look", help="Duration of a look in seconds.")] = 6.0,
-    images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
-    take_lease: Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")] = False,
-    own_estop: Annotated[
-        bool, Option("--own-estop", help="Guard the run by our own e-stop endpoint, instead of the tablet's.")
-    ] = False,
+    speed: SpeedLimit = None,
+    look: LookSeconds = LOOK_S,
+    images_hz: ImagesHz = IMAGES_HZ,
+    take_lease: TakeLease = False,
+    own_estop: OwnEstop = False,
     map_folder: Annotated[
         Path | None, Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
     ] = None,
-    cameras: Annotated[str, Option("--cameras", help="Image sources, comma-separated.")] = (
-        "frontleft_fisheye_image,frontright_fisheye_image"
-    ),
-    furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before the run.")
-    ] = False,
-    resume: Annotated[
-        bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")
-    ] = False,
+    cameras: Cameras = FRONT_CAMERAS,
+    furniture_open: FurnitureOpen = False,
+    resume: ContinueAfterOutage = False,
     memory: MemoryLogs = None,
     rates: MoveRatesFile = None,
-    dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
+    dry_run: DryRun = False,
     serve: ServePort = None,
     operator: OperatorName = "",
     serial: LogSerial = True,

@@ -5,7 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from recorders.commands.spot.options import Certificate, LogSerial, OperatorName, Robot, SiteOption
+from recorders.commands.spot.options import (
+    FRONT_CAMERAS,
+    IMAGES_HZ,
+    LOOK_S,
+    Cameras,
+    Certificate,
+    ContinueAfterOutage,
+    DryRun,
+    FurnitureOpen,
+    ImagesHz,
+    LogSerial,
+    LookSeconds,
+    OperatorName,
+    OwnEstop,
+    Robot,
+    SiteOption,
+    SpeedLimit,
+    TakeLease,
+)
 from workbench.options import Force, Json, ServePort
 from workbench.parameters import Argument, Option
 
@@ -27,23 +45,15 @@ def resume(
     output: Annotated[
         Path | None, Option("--output", "-o", help="The MCAP file to write; default: LOG-resumed.mcap.")
     ] = None,
-    speed: Annotated[float | None, Option("--speed", help="Speed limit in m/s.")] = None,
-    look: Annotated[float, Option("--look", help="Duration of a look in seconds.")] = 6.0,
-    images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
-    cameras: Annotated[str, Option("--cameras", help="Image sources, comma-separated.")] = (
-        "frontleft_fisheye_image,frontright_fisheye_image"
-    ),
-    take_lease: Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")] = False,
-    own_estop: Annotated[
-        bool, Option("--own-estop", help="Guard the run by our own e-stop endpoint, instead of the tablet's.")
-    ] = False,
-    furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before the run.")
-    ] = False,
-    go_on: Annotated[
-        bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")
-    ] = False,
-    dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
+    speed: SpeedLimit = None,
+    look: LookSeconds = LOOK_S,
+    images_hz: ImagesHz = IMAGES_HZ,
+    cameras: Cameras = FRONT_CAMERAS,
+    take_lease: TakeLease = False,
+    own_estop: OwnEstop = False,
+    furniture_open: FurnitureOpen = False,
+    go_on: ContinueAfterOutage = False,
+    dry_run: DryRun = False,
     serve: ServePort = None,
     operator: OperatorName = "",
     serial: LogSerial = True,
