@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from toy import BED, DESK, TABLE, item, toy_plan, toy_travel
 
-from workbench.beliefs.after_looks import after_looks
+from workbench.beliefs.after_looks import after_looks, posterior_after_misses
 from workbench.beliefs.belief import Belief
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
@@ -55,3 +55,9 @@ def test_another_look_adds_what_it_shows_and_forgets_nothing() -> None:
     assert after.items_at[TABLE] == after.first_seen[TABLE] == (item("Mug|1"), item("Book|1"))  # type: ignore[index]
     assert TABLE not in after.unsearched
     assert after.looks(TABLE) == 2
+
+
+def test_posterior_by_hand() -> None:
+    """A half and a miss of 0.2: 0.1 / 0.6; what cannot be missed is not there, however certain it was."""
+    left = posterior_after_misses(np.array([0.5, 0.5, 1.0, 1.0]), np.array([0.2, 0.0, 0.3, 0.0]))
+    assert left == pytest.approx([1 / 6, 0.0, 1.0, 0.0])

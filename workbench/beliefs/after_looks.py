@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.arrays import Floats
 from workbench.beliefs.belief import Belief
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import Perception
@@ -25,8 +26,17 @@ def after_looks(belief: Belief, knowledge: Knowledge, perception: Perception) ->
         return belief
     looks = np.array([knowledge.looks(c) for c in belief.containers], dtype=np.float64)
     detect = np.array([perception.of(t) for t in belief.item_types], dtype=np.float64)
-    unseen = belief.probability * (1.0 - detect[:, None]) ** looks[None, :]
-    posterior = np.divide(
-        unseen, 1.0 - belief.probability + unseen, out=belief.probability.copy(), where=looks[None, :] > 0
-    )
+    posterior = posterior_after_misses(belief.probability, (1.0 - detect[:, None]) ** looks[None, :])
+    posterior = np.where(looks[None, :] > 0, posterior, belief.probability)
     return replace(belief, probability=posterior, p_detect=tuple(float(p) for p in detect))
+
+
+def posterior_after_misses(prior: Floats, missed: Floats) -> Floats:
+    """P m / (1 - P + P m), by Bayes: what is left of a prior P after looks that miss what is there with chance m.
+
+    Args:
+        prior, missed: in [0, 1], float64, of shapes that broadcast. Where a certain item cannot have been missed, 0.
+    """
+    unseen = prior * missed
+    among = 1.0 - prior + unseen
+    return np.divide(unseen, among, out=np.zeros_like(among), where=among > 0)

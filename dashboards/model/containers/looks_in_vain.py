@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from dashboards.model.belief_series import Series
 from dashboards.model.timeline import Timeline
+from workbench.beliefs.after_looks import posterior_after_misses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +39,7 @@ class LooksInVain:
 def looks_in_vain(timeline: Timeline, container: str, item_type: str, stamp_ns: int) -> LooksInVain | None:
     """The looks in vain up to the one that showed the item; None where looks show everything or nothing is believed.
 
-    Each look detects the item, where it is, with p_detect of the log: p becomes p (1 - p_detect) / (1 - p p_detect).
+    Each look detects the item, where it is, with p_detect of the log.
     """
     begun = _first_belief(timeline, container, item_type)
     if begun is None:
@@ -49,8 +52,8 @@ def looks_in_vain(timeline: Timeline, container: str, item_type: str, stamp_ns: 
         if item_type not in told or any(item.type == item_type for item in seen.items):
             break
         p_detect, p = told[item_type], posterior[-1][1]
-        left = 1.0 - p * p_detect
-        posterior.append((seen.stamp.ns, p * (1.0 - p_detect) / left if left > 0 else 0.0))
+        left = posterior_after_misses(np.array(p), np.array(1.0 - p_detect))
+        posterior.append((seen.stamp.ns, float(left)))
     if len(posterior) == 1:
         return None
     return LooksInVain(p_detect=p_detect, posterior=posterior, by_now=sum(at <= stamp_ns for at, _ in posterior[1:]))
