@@ -16,11 +16,14 @@ import numpy as np
 
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import Run
+from replayers.tables.frames import poses_in
 from workbench.arrays import Floats
+from workbench.log_schema.codec import UndecodableMessage
 from workbench.log_schema.corrections import Correction, made_up_id
-from workbench.log_schema.events import NANO, Observation
+from workbench.log_schema.events import Observation, Stamp
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.sight.clear_line import clear_line
 
 DETECTIONS, POLLS = "/robot/detections", "/robot/fiducials"
 """Topics of a robot's log: every new detection of a tag, and one message each time that the robot was asked."""
@@ -62,14 +65,10 @@ class DetectionTrial:
 class _Detection(msgspec.Struct):
     """What is read of lios.spot.TagDetected."""
 
-    stamp: dict[str, int]
+    stamp: Stamp
     item: str = ""
     detector: str = "robot"
     counts: bool = True
-
-    @property
-    def stamp_ns(self) -> int:
-        return self.stamp["sec"] * NANO + self.stamp["nsec"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +92,9 @@ def detection_trials(
         planted: what is known to have stood where in this run.
         checked: people checked the containers: what no look showed and nobody corrected was not there. Then the
             looks that first showed an item, and those that a correction is about, count as well.
+
+    Raises:
+        UndecodableMessage: a detection or a pose in the log is none.
     """
     placed, poses = tuple(_placed(run, planted, checked=checked)), _poses(run)
     found = _detections(run)
@@ -169,7 +171,7 @@ def _in_passing(
     for one in placed:
         if one.container in opened:
             continue
-        sights = [d.stamp_ns for d in found if d.item == one.item and d.stamp_ns < one.until_ns]
+        sights = [d.stamp.ns for d in found if d.item == one.item and d.stamp.ns < one.until_ns]
         seen_from = {_cell(_pose_at(poses, stamp)) for stamp in sights}
         before = asked[(asked < one.until_ns) & (asked > one.known_ns)]
         viewpoints = {_cell(_pose_at(poses, stamp)): _pose_at(poses, stamp) for stamp in before.tolist()}
@@ -201,7 +203,12 @@ def _trial(run: Run, one: _Placed, at: Point | None, made: str, detector: str, *
 
 
 def _detections(run: Run) -> tuple[_Detection, ...]:
-    return tuple(msgspec.json.decode(m.data, type=_Detection) for m in messages(run.path, topics=DETECTIONS.__eq__))
+    try:
+        return tuple(
+            msgspec.json.decode(m.data, type=_Detection) for m in messages(run.path, topics=DETECTIONS.__eq__)
+        )
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise UndecodableMessage(DETECTIONS, str(error)) from error
 
 
 def _viewpoint(run: Run, seen: Observation, poses: Floats) -> Point | None:
@@ -215,8 +222,6 @@ def _viewpoint(run: Run, seen: Observation, poses: Floats) -> Point | None:
 
 
 def _in_view(run: Run, container: ContainerId, at: Point) -> bool:
-    from recorders.spot.simulated.sight import clear_line
-
     pose = run.place.plan.container(container).pose
     near = hypot(pose.x_m - at[0], pose.y_m - at[1]) <= IN_VIEW_M
     return near and clear_line(run.place.plan, at, pose.point)
@@ -224,14 +229,10 @@ def _in_view(run: Run, container: ContainerId, at: Point) -> bool:
 
 def _poses(run: Run) -> Floats:
     """The robot's poses on the map: stamp in nanoseconds, x, y in metres; shape (poses, 3), sorted."""
-    from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
-
-    rows: list[tuple[float, float, float]] = []
-    if run.info.source != "simulation":
-        for stamp_ns, data in run.raw_poses:
-            pose = PoseInFrame.FromString(data)
-            if pose.frame_id == "map":
-                rows.append((float(stamp_ns), pose.pose.position.x, pose.pose.position.y))
+    if run.info.source == "simulation":
+        return np.empty((0, 3))
+    on_map = ((stamp_ns, pose.pose.position) for stamp_ns, pose in poses_in(run.raw_poses) if pose.frame_id == "map")
+    rows = [(float(stamp_ns), position.x, position.y) for stamp_ns, position in on_map]
     return np.array(sorted(rows), dtype=np.float64).reshape(-1, 3)
 
 

@@ -198,7 +198,7 @@ class LogSource:
 
     def poses(self) -> Sequence[tuple[int, PoseInFrame]]:
         found = self._messages(POSE_TOPIC)
-        return _poses((m.log_time, m.data) for m in found if m.channel.message_encoding == "protobuf")
+        return poses_in((m.log_time, m.data) for m in found if m.channel.message_encoding == "protobuf")
 
     def _messages(self, topic: str) -> Iterable[Message]:
         return self._kept.get(topic, ()) if self.keep else messages(self.path, topics=topic.__eq__)
@@ -227,10 +227,10 @@ class RunSource:
         return self.found[event_class]
 
     def poses(self) -> Sequence[tuple[int, PoseInFrame]]:
-        return _poses(self.raw_poses)
+        return poses_in(self.raw_poses)
 
 
-def _poses(found: Iterable[tuple[int, bytes]]) -> list[tuple[int, PoseInFrame]]:
+def poses_in(found: Iterable[tuple[int, bytes]]) -> list[tuple[int, PoseInFrame]]:
     """Every foxglove.PoseInFrame with its log time, in nanoseconds.
 
     Raises:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from mcap.writer import Writer
 from toy import BED, COUNTER, TABLE
 from toy_logs import MUG, acted, seen, toy_run
 
@@ -120,6 +121,27 @@ def test_the_command_says_what_it_needs(tmp_path: Path, capsys: pytest.CaptureFi
     (tmp_path / "junk.mcap").write_bytes(b"hello")
     assert lios(["evaluate", "perception", log, str(tmp_path / "junk.mcap"), "--with-truth", "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["skipped"]) == 1
+
+
+@pytest.mark.parametrize("data", [b'{"stamp": 3}', b'{"stamp": {"sec": 1}}', b"[", b'{"item": "\xff"}'])
+def test_a_detection_that_is_none_is_told_and_its_log_left_out(
+    data: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot, odd, both = LOGS / "spot-home-A.mcap", tmp_path / "odd.mcap", tmp_path / "both.mcap"
+    with odd.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("lios.spot.TagDetected", "jsonschema", b"{}")
+        channel = writer.register_channel("/robot/detections", "json", schema)
+        at = read(robot).info.started.ns + 1
+        writer.add_message(channel, at, data, at)
+        writer.finish()
+    assert lios(["log", "merge", str(robot), str(odd), "-o", str(both)]) == 0
+    capsys.readouterr()
+    assert lios(["evaluate", "perception", str(LOGS / "find-lios.mcap"), str(both), "--with-truth", "--json"]) == 0
+    (skipped,) = json.loads(capsys.readouterr().out)["skipped"]
+    assert "/robot/detections cannot be decoded" in skipped
+    assert str(both) in skipped
 
 
 def test_ids_made_up_for_a_type_are_no_items_of_the_log() -> None:

@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, hypot, sin
 
-from workbench.tolerances import DEGENERATE
-from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import Container, ContainerId, FloorPlan
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import Container, ContainerId
+from workbench.worlds.sight.clear_line import clear_line
 from workbench.worlds.sites.site import Site
 from workbench.worlds.sites.survey_schema import ROBOT_TAG_M
 
@@ -71,36 +71,9 @@ def shows(site: Site, pose: Pose, thing: TaggedThing, *, range_m: float = RANGE_
     return clear_line(site.plan, pose.point, spot)
 
 
-def clear_line(plan: FloorPlan, a: Point, b: Point) -> bool:
-    """Whether the line between two points crosses no wall; doors are open."""
-    for wall in plan.walls:
-        if wall.empty:
-            continue
-        hit = _crossing(a, b, wall.start, wall.end)
-        if hit is not None and not any(_on(hit, door.start, door.end) for door in plan.doors if door.passable):
-            return False
-    return True
-
-
 def _is_closed(site: Site, container: ContainerId) -> bool:
     return any(entry.closed for entry in site.file.containers if entry.id == container)
 
 
 def _standing(site: Site) -> list[tuple[str, Pose]]:
     return [(str(name), pose) for name, pose in site.ways.standing.items()]
-
-
-def _crossing(a: Point, b: Point, c: Point, d: Point) -> Point | None:
-    """The parameter on segment ab where it crosses cd, or None."""
-    rx, ry, sx, sy = b[0] - a[0], b[1] - a[1], d[0] - c[0], d[1] - c[1]
-    cross = rx * sy - ry * sx
-    if abs(cross) < DEGENERATE:
-        return None
-    t = ((c[0] - a[0]) * sy - (c[1] - a[1]) * sx) / cross
-    u = ((c[0] - a[0]) * ry - (c[1] - a[1]) * rx) / cross
-    return (a[0] + t * rx, a[1] + t * ry) if 0 <= t <= 1 and 0 <= u <= 1 else None
-
-
-def _on(point: Point, a: Point, b: Point) -> bool:
-    along = hypot(b[0] - a[0], b[1] - a[1])
-    return hypot(point[0] - a[0], point[1] - a[1]) + hypot(point[0] - b[0], point[1] - b[1]) <= along + 0.02

@@ -92,7 +92,11 @@ def _trials_of(
         skipped.append(str(error))
         return []
     stood = _planted(planted, [str(c.id) for c in run.place.plan.containers], log)
-    return list(detection_trials(run, stood, checked=checked))
+    try:
+        return list(detection_trials(run, stood, checked=checked))
+    except LiosError as error:
+        skipped.append(f"{log}: {error}")
+        return []
 
 
 def _planted(texts: list[str], containers: list[str], log: Path) -> tuple[PlantedItem, ...]:
