@@ -1,14 +1,15 @@
 """Reads a log's events as facts about the place at the start of the run, with one fixed meaning for each odd case.
 
 An item belongs where it was first seen: what the robot put down later is not counted again, and an item seen in two
-places without having been carried is read as standing where it was seen first, with a note. Of two looks into one
-container the first counts, unless the log says that they could miss: then another look adds what earlier ones did not
-show.
+places without having been carried is read as standing where it was seen first, with a note. What a later look into a
+container adds to earlier ones stood there from the start: the earlier ones missed it, which is noted unless the log
+says that looks could miss.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from math import floor
 from types import MappingProxyType
 
 from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation
@@ -19,6 +20,9 @@ from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, Location
 LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
 """What a step of a replay rests on: the run did the very same; it follows from the log and its assumptions; it rests
 on a filling of a container that nobody opened."""
+
+VIEWPOINT_M = 0.25
+"""Side of the squares of the floor within which a viewpoint is the same viewpoint."""
 
 OVERLOOKED = "|overlooked|"
 """Marks the id of an item that a recorded look is taken to have overlooked, before its container."""
@@ -54,10 +58,14 @@ def contents_at_start(
                 items.append(Item(id=ItemId(item.id), type=ItemType(item.type)))
         if not again:
             contents[container] = tuple(items)
-        elif seen.look is not None:  # a look that can miss: another one adds what it overlooked
-            contents[container] = tuple({i.id: i for i in (*contents[container], *items)}.values())
-        elif not {i.id for i in items} <= {i.id for i in contents[container]}:
-            notes[f"{container} was searched twice with different contents; the first search counts"] = None
+            continue
+        earlier = {i.id: i for i in contents[container]}
+        contents[container] = tuple({**earlier, **{i.id: i for i in items if i.id not in earlier}}.values())
+        if seen.look is None:
+            missed = (i.id for i in items if i.id not in earlier)
+            notes |= {
+                f"{i} was shown by a later look into {container} only: earlier ones missed it": None for i in missed
+            }
     return contents, tuple(notes)
 
 
@@ -144,16 +152,20 @@ def chances_of_missing(
     """Per item type and container, the chance that every look there missed it, as the log assumes.
 
     Args:
-        independent: every look counts, as in simulation; otherwise looks from one viewpoint count once, since what
-            one of them misses the others miss as well (Velez et al., JAIR 44, 2012).
+        independent: every look counts, as in simulation; otherwise looks from one viewpoint (a square of
+            VIEWPOINT_M) count once, since what one of them misses the others miss as well (Velez et al., JAIR 44,
+            2012).
     """
     chances: dict[tuple[ItemType, ContainerId], float] = {}
-    counted: set[tuple[str, tuple[float, ...]]] = set()
+    counted: set[tuple[str, tuple[int, ...]]] = set()
     for seen in observations:
         look = seen.look
-        if look is None or (not independent and look.viewpoint and (seen.container, look.viewpoint) in counted):
+        if look is None:
             continue
-        counted.add((seen.container, look.viewpoint))
+        square = tuple(floor(metres / VIEWPOINT_M) for metres in look.viewpoint[:2])
+        if not independent and square and (seen.container, square) in counted:
+            continue
+        counted.add((seen.container, square))
         for item_type, p in zip(look.item_types, look.p_detect, strict=True):
             key = ItemType(item_type), ContainerId(seen.container)
             chances[key] = chances.get(key, 1.0) * (1.0 - p)

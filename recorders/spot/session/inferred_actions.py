@@ -1,8 +1,9 @@
 """Actions (moves, looks, picks, places) derived from a robot's pose, the tags it sees and its gripper.
 
 A robot that stands still near the standing pose of a location is at that location; items that it sees in a
-container meanwhile are the result of a look. A gripper that closes has picked the nearest known item here, and one
-that opens has placed it here. Used for operator-driven sessions and for imported bags.
+container meanwhile are the result of a look (looks.py says when another one begins). A gripper that closes has picked
+the nearest known item here, and one that opens has placed it here. Used for operator-driven sessions and for imported
+bags.
 """
 
 from __future__ import annotations
@@ -10,60 +11,40 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import hypot
-from types import MappingProxyType
-from typing import Protocol, final
+from typing import final
 
 from recorders.spot.client.odometer import WalkLog
+from recorders.spot.session.looks import (
+    DWELL_S,
+    LOOK_S,
+    InconclusiveLook,
+    LookFinding,
+    LookJudge,
+    LooksOfVisit,
+    look_made,
+)
 from recorders.spot.tags.item_places import MARGIN_M, ItemPlaces, Position
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
 from workbench.execution.goal_check import is_met
 from workbench.log_schema.events import NANO
-from workbench.message_enum import MessageEnum, Result
 from workbench.planning.plans import PlanStep
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import START, Container, ContainerId, Item, ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.sites.site import Site
+from workbench.worlds.world import LookResult
 
 STILL_M = 0.15
 """A robot that stays within this many metres of a point stands still."""
 ARRIVAL_RADIUS_M = 0.8
 """A robot within this many metres of a standing pose is at that location."""
-DWELL_S, LOOK_S = 2.0, 4.0
-"""Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
 MAX_SIGHTINGS = 1000
 """Of each item, the sightings of one stay that are kept."""
-
-
-class LookFinding(MessageEnum):
-    """Whether what was recorded supports a look, and if not, why the look is inconclusive."""
-
-    SUPPORTED = ""
-    NOTHING_DETECTS = "nothing in the bag detects tags"
-    ROBOT_ELSEWHERE = "the robot was localised elsewhere"
-    NOT_PLACED = "detections could not be placed: {reason}"
-    FRAME_APART = "tags are detected in {frame}, which does not lead to {map_frame}"
-    MAY_BE_SHUT = "it is closed furniture, nothing was seen in it, and nobody said that it was opened"
-
-
-class LookJudge(Protocol):
-    """Judges whether a look is supported by what was recorded."""
-
-    def judge(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> Result[LookFinding]: ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InconclusiveLook:
-    """A look that counts as not looked, because the recording does not support what it seems to have seen."""
-
-    container: ContainerId
-    start_ns: int
-    end_ns: int
-    reason: str
 
 
 @final
@@ -77,6 +58,7 @@ class ActionDeriver:
         closed_needs_word: a closed container in which nothing is seen counts as looked into only if `opened` was
             called during the visit; else nobody knows whether it was open.
         furniture_open: somebody's word that all closed furniture was opened before.
+        perception: how surely a look shows what is there.
         judge: says which looks are inconclusive; they become no event and are listed in `inconclusive`.
     """
 
@@ -88,6 +70,7 @@ class ActionDeriver:
     judge: LookJudge | None = None
     closed_needs_word: bool = False
     furniture_open: bool = False
+    perception: Perception = PERFECT
     inconclusive: list[InconclusiveLook] = field(default_factory=list)
     knowledge: Knowledge = field(init=False)
     cost: float = 0.0
@@ -102,6 +85,7 @@ class ActionDeriver:
     _tags_here: dict[ItemId, deque[tuple[int, Position]]] = field(default_factory=dict)
     _places: ItemPlaces = field(init=False)
     _holds: bool = False
+    _looks: LooksOfVisit = field(default_factory=LooksOfVisit)
     _doubted_on: tuple[LocationId, int] | None = None
     _opened_on: tuple[LocationId, int] | None = None
     _carried: set[ItemId] = field(default_factory=set)
@@ -147,6 +131,7 @@ class ActionDeriver:
             if at == START:
                 return None
             self._opened_on, self._doubted_on, self._still_ns = (at, self.visits), None, stamp_ns
+            self._looks.forget()
             return at
 
     def holding(self, stamp_ns: int, holds: bool) -> None:
@@ -249,37 +234,47 @@ class ActionDeriver:
 
     def _look_is_over(self, now_ns: int) -> None:
         """Finish a look: after standing at a container long enough, the items seen in it are its contents."""
-        at = self.knowledge.robot_at
-        long_enough = now_ns - self._still_ns >= DWELL_S * NANO
-        if at == START or self._still_at is None or not long_enough or at in self.knowledge.first_seen:
+        at, robot = self.knowledge.robot_at, self._still_at
+        if at == START or robot is None:
             return
+        self._looks.begin(self.visits)
         container = self.site.plan.container(ContainerId(at))
-        if self._is_doubted(container, now_ns, self._still_at):
+        start_ns, before = self._looks.start_ns(self._still_ns), self.knowledge.first_seen.get(container.id)
+        if not self._looks.has_ended(start_ns, now_ns, first=before is None):
             return
-        items = tuple(self._items_in(container, since_ns=self._still_ns))
-        end_ns = min(now_ns, self._still_ns + round(LOOK_S * NANO))
+        items = tuple(self._items_in(container, since_ns=start_ns))
+        if before is not None and not self._looks.is_another(robot, items, before):
+            return
+        if self._is_doubted(container, now_ns, robot, listed=before is None):
+            return
+        end_ns = now_ns if start_ns > self._still_ns else min(now_ns, start_ns + round(LOOK_S * NANO))
+        self._looks.add(robot, end_ns)
+        self._observe(LookResult(start_ns=start_ns, end_ns=end_ns, container=container.id, items=items), robot)
+
+    def _observe(self, look: LookResult, robot: Point) -> None:
+        """Tell of a look, and know what it shows."""
+        container, at = self.site.plan.container(look.container), LocationId(look.container)
+        made = look_made(self.perception, self.task, self.knowledge, container, robot, look)
         self.searches += 1
         step = PlanStep(action="search", origin=at, target=at, cost=self.costs.search)
-        self._act(step, self._still_ns, end_ns, cost=self.costs.search)
-        self._places.settle(container.id, (item.id for item in items))
-        put_here = self.knowledge.items_at.get(at, ())
-        self.knowledge = self.knowledge.seen(container.id, items)
-        if put_here:
-            there = {**self.knowledge.items_at, at: (*items, *put_here)}
-            self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
+        self._act(step, look.start_ns, look.end_ns, cost=self.costs.search)
+        self._places.settle(container.id, (item.id for item in look.items))
+        again = frozenset({container.id} & self.knowledge.first_seen.keys())
+        self.knowledge = self.knowledge.with_another_look_at(again).seen(container.id, look.items)
         self.tell(
             ContainerObserved(
-                stamp_ns=end_ns,
+                stamp_ns=look.end_ns,
                 decision=0,
                 container=container.id,
-                items=items,
+                items=look.items,
                 robot_at=at,
                 opened_by=self._opened_by(container),
+                look=made,
             )
         )
 
-    def _is_doubted(self, container: Container, now_ns: int, robot: Point) -> bool:
-        """Whether the look of this visit is inconclusive; the first time it is listed."""
+    def _is_doubted(self, container: Container, now_ns: int, robot: Point, *, listed: bool) -> bool:
+        """Whether the look of this visit is inconclusive; the first time it is listed, if `listed`."""
         visit = (self.knowledge.robot_at, self.visits)
         if visit == self._doubted_on:
             return True
@@ -291,9 +286,10 @@ class ActionDeriver:
         if found.kind is LookFinding.SUPPORTED:
             return False
         self._doubted_on = visit
-        self.inconclusive.append(
-            InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=found.message)
-        )
+        if listed:
+            self.inconclusive.append(
+                InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=found.message)
+            )
         return True
 
     def _may_be_shut(self, container: Container) -> bool:
