@@ -195,12 +195,16 @@ def replay(
 def _history(memory: list[Path] | None, rates: Path | None) -> History | None:
     """The earlier runs that strategies are to remember; None for what the robot itself remembered."""
     from replayers.memory.collect import read_history
+    from workbench.terminal import say
 
     if not memory:
         if rates is not None:
             raise BadValue("--rates", str(rates), "given together with --memory")
         return None
-    return read_history(memory)
+    history = read_history(memory)
+    for note in history.notes:
+        say(f"note: {note}")
+    return history
 
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:

@@ -13,7 +13,8 @@ from toy_logs import acted, seen, toy_run
 
 from recorders.spot.run.site_tasks import session_task
 from replayers.counterfactual.evidence import NoTaskAttempted, evidence_of
-from replayers.counterfactual.evidence_rules import chances_of_missing, contents_at_start
+from replayers.counterfactual.evidence_rules import chances_of_missing
+from replayers.runs.contents import contents_at_start
 from replayers.runs.run import read
 from workbench.log_schema.events import BeliefUpdate, HowLooked, Stamp
 from workbench.worlds.house import ContainerId, ItemType

@@ -63,8 +63,9 @@ def resume(
 ) -> None:
     """Go on with a task that was interrupted, from what its log knows; a new log is written, which names the old one.
 
-    What the logs saw is known at the start of the new run, and replays of it know it as well. Where an item was put
-    down and nobody looked, the robot looks first. Containers that nobody opened are tried again.
+    What the logs saw, and what people corrected in them, is known at the start of the new run, and replays of it know
+    it as well. Where an item was put down and nobody looked, the robot looks first. Containers that nobody opened are
+    tried again.
 
     Examples:
 
@@ -112,7 +113,9 @@ def resume(
         costs=before.costs,
         settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=go_on),
         rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
-        earlier=taken_over(runs, place.plan, place.travel, held_at=held_at),
+        earlier=taken_over(
+            runs, place.plan, place.travel, items=[item for _, item in sorted(place.tags.items())], held_at=held_at
+        ),
         take_lease=take_lease,
         own_estop=own_estop,
         operator_name=operator,
