@@ -16,7 +16,6 @@ from workbench.terminal import counted
 if TYPE_CHECKING:
     from replayers.batch.next_look import ContainerLook
     from replayers.batch.replay_all import LogFailed
-    from replayers.batch.verify import Verification
     from workbench.beliefs.memory.history import History
 
 BROKE, UNLIKE = "planner-failed", "not-reproduced"
@@ -351,13 +350,6 @@ def _recorded_as(strategies: str) -> str:
     return strategies.strip()
 
 
-def _end_words(answer: Verification) -> str:
-    """What was compared of a log whose end no strategy decided."""
-    if answer.stopped:
-        return f" (the run was stopped: {answer.stopped}; what was recorded until then was compared)"
-    return "" if answer.complete else " (the log is cut off; what it holds was compared)"
-
-
 def _verify(logs: list[Path], strategy_name: str, *, json: bool) -> None:
     import msgspec
 
@@ -373,7 +365,9 @@ def _verify(logs: list[Path], strategy_name: str, *, json: bool) -> None:
         answer = verify(read(log, with_truth=True), strategy_name=strategy_name, origin=NameOrigin.USER)
         rows.append({"log": str(log), **msgspec.to_builtins(answer)})
         if not json:
-            end = _end_words(answer)
+            end = "" if answer.complete else " (the log is cut off; what it holds was compared)"
+            if answer.stopped:
+                end = f" (the run was stopped: {answer.stopped}; what was recorded until then was compared)"
             if answer.divergence is None:
                 emit_text(f"{log}: {answer.strategy} again, {answer.decisions} decisions the same{end}")
             else:
