@@ -20,7 +20,7 @@ from recorders.foxglove.channels import LATCHED, ViewerMessage, ViewerMessages
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.mcap_io.writer import DiskFull
 from recorders.sinks.files import LogFiles, Sink, Split
-from recorders.sinks.mirrored import Audience, MirroredSink
+from recorders.sinks.mirrored import MirroredSink, ViewerFeed
 from recorders.sinks.threaded import ThreadedSink
 from workbench.errors import LiosError
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, PlanMade, RunEnded
@@ -90,7 +90,7 @@ class RunRecorder:
         background: bool = False,
         split: Split | None = None,
         sink: Sink | None = None,
-        audience: Audience | None = None,
+        audience: ViewerFeed | None = None,
         receipt_ns: Callable[[], int] | None = None,
     ) -> None:
         self.info = info
@@ -126,9 +126,9 @@ class RunRecorder:
         return self._background or self._files
 
     @property
-    def trouble(self) -> LiosError | None:
+    def stop_reason(self) -> LiosError | None:
         """Why nothing is recorded any more; None while recording goes on."""
-        return None if self._background is None else self._background.trouble
+        return None if self._background is None else self._background.stop_reason
 
     @property
     def path(self) -> Path:
@@ -159,8 +159,8 @@ class RunRecorder:
             DiskFull: the background thread had to stop.
         """
         self.sink.close()
-        if self._background is not None and self._background.trouble is not None:
-            raise self._background.trouble
+        if self._background is not None and self._background.stop_reason is not None:
+            raise self._background.stop_reason
 
     def __enter__(self) -> Self:
         return self

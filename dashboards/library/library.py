@@ -57,7 +57,7 @@ class Library:
             raise NotRecorded(self.folder)
         self.paths = tuple({path.resolve(): path for path in named}.values())
         self._timelines: Cache[int, Timeline] = Cache(MAX_CACHED_RUNS)
-        self._senses: Cache[int, RobotSensors | None] = Cache(MAX_CACHED_RUNS)
+        self._robot_sensors: Cache[int, RobotSensors | None] = Cache(MAX_CACHED_RUNS)
         self._senses_fresh_until: dict[int, float] = {}
         self._truths: Cache[int, Mapping[str, tuple[SeenItem, ...]] | None] = Cache(MAX_CACHED_RUNS)
         self._notes: Cache[int, tuple[Note, ...]] = Cache(MAX_CACHED_RUNS)
@@ -96,10 +96,10 @@ class Library:
             self._awaited, self._rows = self._awaited - {index}, None
         return index in self._awaited
 
-    def senses(self, index: int) -> RobotSensors | None:
+    def robot_sensors(self, index: int) -> RobotSensors | None:
         """The sensors of the index-th log; None for a log without sensors, or one that cannot be read."""
         with self._lock:
-            return self._senses.get(index, lambda: self._sensors(index))
+            return self._robot_sensors.get(index, lambda: self._sensors(index))
 
     def truth(self, index: int) -> Mapping[str, tuple[SeenItem, ...]] | None:
         """The true contents of every container in the index-th log; None where it was not recorded.
@@ -139,7 +139,7 @@ class Library:
                 self._rows, self.unreadable = log_rows(there, folder=self.folder)
         return self._rows
 
-    def take_up(self, index: int) -> Timeline:
+    def read_growth(self, index: int) -> Timeline:
         """The timeline of a run that is being recorded, with what was added to its log since the last time."""
         self._growing.setdefault(index, GrowingLog(self.paths[index]))
         return self.reread(index)
@@ -151,7 +151,7 @@ class Library:
             self._truths.drop(index)
             self._notes.drop(index)
             if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
-                self._senses.drop(index)
+                self._robot_sensors.drop(index)
         return self.timeline(index)
 
     def shape(self, plan: FloorPlan) -> HouseShape:

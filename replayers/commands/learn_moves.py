@@ -63,13 +63,13 @@ def _episodes_among(sources: list[Path]) -> Path | None:
 
 
 def _from_logs(sources: list[Path], known: MoveRates) -> tuple[RateRow, ...]:
-    from replayers.memory.collect import NothingTwice, read_history
+    from replayers.memory.collect import NoRepeatedLooks, read_history
     from workbench.beliefs.memory.fit_rates import fit_rates
     from workbench.beliefs.memory.memory import intervals
 
     found = intervals(read_history(sources).looks)
     if not any(interval.days > 0 for interval in found):
-        raise NothingTwice(", ".join(map(str, sources)))
+        raise NoRepeatedLooks(", ".join(map(str, sources)))
     return fit_rates(found, known)
 
 

@@ -80,7 +80,7 @@ def select(
     from replayers.batch.next_look import looks_by_log, shared_looks
     from replayers.batch.replay_all import LogFailed
     from replayers.counterfactual.bounds.bounds import Budget
-    from replayers.counterfactual.logged_belief import ask_whom
+    from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
     from replayers.selection.candidates import estimators_named, replay_candidates
@@ -92,7 +92,7 @@ def select(
     by = group_by(group)
     settings = ReplaySettings(
         estimator_origin=NameOrigin.USER,
-        ask=ask_whom(estimator, ask=ask),
+        ask=may_ask_estimator(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(segments=budget),
         seed=seed,

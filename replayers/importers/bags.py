@@ -52,7 +52,7 @@ class NotABag(Malformed):
         )
 
 
-class Unclosed(Malformed):
+class BagNotClosed(Malformed):
     """An MCAP file whose recorder was killed."""
 
     def __init__(self, path: Path) -> None:
@@ -230,7 +230,7 @@ def open_bag(path: Path) -> Generator[Bag]:
         except CutOffMcap as error:
             file = Path(str(error))
             packed = path / f"{file.name}.zstd"
-            raise Unclosed(file if file.parent == path or not packed.exists() else packed) from error
+            raise BagNotClosed(file if file.parent == path or not packed.exists() else packed) from error
         except (
             AnyReaderError,
             OSError,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import toy
 
-from workbench.beliefs.asking.answered_estimator import answered, answers_of, goes_by_names_alone
+from workbench.beliefs.asking.answered_estimator import answered, answers_of, uses_names_alone
 from workbench.beliefs.asking.answers import MAX_ANSWER_BYTES, NotAnswered
 from workbench.beliefs.asking.state_questions import StateQuestions
 from workbench.beliefs.belief import Belief
@@ -161,4 +161,4 @@ def test_the_resolver_tells_asking_estimators_from_others(tmp_path: Path, monkey
         "Alone": "AnsweredEstimator",
         "Fine": "GuardedEstimator",
     }
-    assert [n for n, e in made.items() if goes_by_names_alone(e)] == ["Oracle", "Alone"]
+    assert [n for n, e in made.items() if uses_names_alone(e)] == ["Oracle", "Alone"]

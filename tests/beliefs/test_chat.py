@@ -9,7 +9,7 @@ import pytest
 import toy
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 
-from workbench.beliefs.asking.chat import LEAST, MOST, ChatQuestions
+from workbench.beliefs.asking.chat import MAX_PROBABILITY, MIN_PROBABILITY, ChatQuestions
 from workbench.beliefs.asking.prompt_file import Prompt, read_prompt
 from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.worlds.house import ItemType
@@ -54,7 +54,10 @@ def test_an_answer_is_read_from_among_words_for_the_containers_not_yet_searched(
     told = {FRIDGE: 0.5, COUNTER: 1, TABLE: 0.0, BED: 0.25, "Moon|1": 7}
     answers = (f"Well, {{yes}}: ```{json.dumps(told)}``` {{}}", json.dumps({"places": {DESK: 0.75}}))
     made = NAMES.probabilities(knowing(FRIDGE), (MUG, EGG), answers)
-    assert made.tolist() == [[MOST, LEAST, 0.25, LEAST], [LEAST, LEAST, LEAST, 0.75]]
+    assert made.tolist() == [
+        [MAX_PROBABILITY, MIN_PROBABILITY, 0.25, MIN_PROBABILITY],
+        [MIN_PROBABILITY, MIN_PROBABILITY, MIN_PROBABILITY, 0.75],
+    ]
 
 
 @pytest.mark.parametrize(

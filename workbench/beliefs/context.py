@@ -21,7 +21,7 @@ from workbench.beliefs.placement_mixture import MAX_RATE, MIN_RATE
 from workbench.beliefs.placements import condition_on_existence
 
 MIN_PROBABILITY = 1e-4
-"""Probabilities are clipped to [LEAST, 1 - LEAST]."""
+"""Probabilities are clipped to [MIN_PROBABILITY, 1 - MIN_PROBABILITY]."""
 
 FEATURES = 55
 """Number of features; weights depend on their order. The first is the log-odds of the name-based probability."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from workbench.errors import BadValue, FileMissing, OutputExists
-from workbench.remote.errors import BrokenOff, NotWritable, in_words, outside_errors
+from workbench.remote.errors import NotWritable, TransferInterrupted, in_words, outside_errors
 from workbench.remote.path import WEB, RemotePath, path_of
 from workbench.terminal import counted, say
 
@@ -63,7 +63,7 @@ def upload(
         except outside_errors() as error:
             raise in_words(error, there) from error
         if size != local.stat().st_size:
-            raise BrokenOff(there, int(size or 0))
+            raise TransferInterrupted(there, int(size or 0))
         yield there
 
 

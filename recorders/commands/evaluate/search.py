@@ -142,18 +142,18 @@ def search(
     with (
         trained_per_fold(
             experiment.estimators(),
-            request.dealt,
+            request.fold_split,
             folder,
             progress=lambda them, total: progress(them, title="Training", total=total),
             on=Workforce(workers, scheduler),
-        ) as believers,
+        ) as fold_estimators,
         nullcontext() if folder is None else kept_houses(folder, force=force) as kept,
     ):
         if kept:
             say(f"Going on where it stopped: {counted(len(kept), 'result')} in {kept.path}.")
         report = measure(
             request,
-            believers=believers,
+            fold_estimators=fold_estimators,
             progress=lambda results: progress(results, title="Searching"),
             kept=kept,
         )

@@ -23,7 +23,7 @@ from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import NoMap, RunStopped, WaypointMissing
 from recorders.spot.client.graph_nav_map import waypoint_ids
-from recorders.spot.client.localized import Localization, is_localized
+from recorders.spot.client.localization import Localization, is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
 from recorders.spot.run.localize import localize_by_fiducial
@@ -85,7 +85,7 @@ class SpotWorld:
     known: Contents = field(default_factory=lambda: MappingProxyType({}))
     tell: Callable[[str], None] = field(default=lambda _text: None)
     localized: Localization | None = None
-    recording_trouble: Callable[[], LiosError | None] = field(default=lambda: None)
+    recording_stop_reason: Callable[[], LiosError | None] = field(default=lambda: None)
     ending: bool = False
     _power_checked_ns: int = 0
     opened_by: dict[LocationId, str] = field(default_factory=dict)
@@ -264,9 +264,9 @@ class SpotWorld:
         if self.control.lease_lost.is_set():
             raise RunStopped(LEASE_LOST)
         if not self.ending:
-            trouble = self.recording_trouble()
-            if trouble is not None:
-                raise RunStopped(f"recording stopped: {trouble}")
+            stop_reason = self.recording_stop_reason()
+            if stop_reason is not None:
+                raise RunStopped(f"recording stopped: {stop_reason}")
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
         """Call the robot, retrying while the network is down.

@@ -78,7 +78,7 @@ class _ConnectionState:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
-class Watch(Protocol):
+class SensorListener(Protocol):
     """A listener to sensor data, called from several threads, that derives the robot's actions."""
 
     def pose(self, stamp_ns: int, point: Point) -> None: ...
@@ -112,7 +112,7 @@ class Session:
         self.troubles: dict[str, str] = {}
         self._failing_ns: dict[str, int] = {}
         self.gaps: list[float] = []
-        self.watch: Watch | None = None
+        self.watch: SensorListener | None = None
         self.live = LiveStatus()
         self.show_status: Callable[[SessionStatus], None] | None = None
         self._away = _ConnectionState()

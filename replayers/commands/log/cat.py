@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from replayers.commands.log.options import End, Exclude, Include, Log, Start, wanted_of, warn
+from replayers.commands.log.options import End, Exclude, Include, Log, Start, message_filter, warn
 from workbench.parameters import Option
 from workbench.terminal import say
 
@@ -41,7 +41,7 @@ def cat(
     from replayers.log_tools.decode_message import MessageDecoder
     from replayers.mcap_io.reader import messages
 
-    wanted = wanted_of(log, include, exclude, start, end, topics=topics)
+    wanted = message_filter(log, include, exclude, start, end, topics=topics)
     shown, loss = MessageDecoder(whole=whole), ReadLoss()
 
     def damage(found: Damage) -> None:

@@ -19,8 +19,8 @@ from replayers.commands.log.options import (
     Packing,
     Start,
     bar,
+    message_filter,
     style_of,
-    wanted_of,
     warn,
 )
 from workbench.errors import BadValue, Unsupported
@@ -29,7 +29,7 @@ from workbench.terminal import emit_json, say
 
 if TYPE_CHECKING:
     from replayers.log_tools.faces.blurred_pictures import FaceBlur
-    from replayers.log_tools.rewrite import Rewritten
+    from replayers.log_tools.rewrite import RewriteReport
 
 
 def filter_log(
@@ -64,7 +64,7 @@ def filter_log(
 
     from replayers.log_tools.rewrite import filtered
 
-    wanted = replace(wanted_of(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
+    wanted = replace(message_filter(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
     style = style_of(compression, chunk_size, force)
     if not blur_faces:
         _report(filtered(log, output, wanted, style, bar("filter")), as_json)
@@ -205,7 +205,7 @@ class UnknownFormat(Unsupported):
         )
 
 
-def _report(done: Rewritten, as_json: bool) -> None:
+def _report(done: RewriteReport, as_json: bool) -> None:
     if as_json:
         emit_json(
             {

@@ -86,8 +86,8 @@ def resume(
     from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.session.session import Rates
     from recorders.spot.tags.pictures import require_detector
+    from replayers.runs.resume_state import known_from_logs
     from replayers.runs.run import read
-    from replayers.runs.taken_over import taken_over
     from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site
 
@@ -112,7 +112,7 @@ def resume(
         costs=before.costs,
         settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=go_on),
         rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
-        earlier=taken_over(runs, place.plan, place.travel, held_at=held_at),
+        earlier=known_from_logs(runs, place.plan, place.travel, held_at=held_at),
         take_lease=take_lease,
         own_estop=own_estop,
         operator_name=operator,

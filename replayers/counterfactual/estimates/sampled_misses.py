@@ -17,7 +17,7 @@ from workbench.tolerances import ROUNDING
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
-ALMOST = 1.0 - ROUNDING
+MAX_PROBABILITY = 1.0 - ROUNDING
 """The largest probability whose odds are taken."""
 
 
@@ -41,7 +41,7 @@ class MissWeights:
 
 def odds_of(probability: Floats) -> Floats:
     """p / (1 - p), elementwise; certainty counts as nearly certain."""
-    p = np.minimum(probability, ALMOST)
+    p = np.minimum(probability, MAX_PROBABILITY)
     return np.asarray(p / (1.0 - p))
 
 

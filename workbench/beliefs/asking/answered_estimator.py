@@ -160,7 +160,7 @@ def answers_of(estimator: Estimator, knowledge: Knowledge, item_types: tuple[Ite
     return estimator.answers(knowledge, item_types) if isinstance(estimator, AnsweredEstimator) else ()
 
 
-def goes_by_names_alone(estimator: Estimator) -> bool:
+def uses_names_alone(estimator: Estimator) -> bool:
     """Whether an estimator says that no observation changes its beliefs."""
     return getattr(estimator, "names_alone", False) is True
 

@@ -110,7 +110,7 @@ class FoldSplit:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Believers:
+class FoldEstimators:
     """The choice of weights for each house: those of its fold, or the named estimator without folds.
 
     Attributes:

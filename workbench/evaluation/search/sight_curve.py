@@ -92,7 +92,7 @@ class SightHouse:
     skipped: str = ""
 
 
-def seeing_searches(houses: Iterable[House], settings: SightSearches) -> Iterator[SightHouse]:
+def searches_with_sight(houses: Iterable[House], settings: SightSearches) -> Iterator[SightHouse]:
     """Every radius, policy and query, house by house."""
     for house in houses:
         if settings.asked is not None and house.plan.name not in settings.asked:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import hypot
 from types import MappingProxyType
 
-from recorders.spot.run.taken_over import EarlierLog, TakenOver
+from recorders.spot.run.resumed_knowledge import EarlierLog, ResumedKnowledge
 from replayers.runs.gaps import gaps_of
 from replayers.runs.run import Run
 from workbench.errors import BadValue, InputError
@@ -96,7 +96,9 @@ def _item(item_id: str, item_type: str) -> Item:
     return Item(id=ItemId(item_id), type=ItemType(item_type))
 
 
-def taken_over(runs: Sequence[Run], plan: FloorPlan, travel: TravelCosts, *, held_at: str = "") -> TakenOver:
+def known_from_logs(
+    runs: Sequence[Run], plan: FloorPlan, travel: TravelCosts, *, held_at: str = ""
+) -> ResumedKnowledge:
     """What logs know together.
 
     Args:
@@ -123,7 +125,7 @@ def taken_over(runs: Sequence[Run], plan: FloorPlan, travel: TravelCosts, *, hel
     if where.held is not None or held_at:
         _put_held(interrupted, where, plan, held_at)
     reached = {c.id for c in plan.containers if travel.reaches(LocationId(c.id))}
-    return TakenOver(
+    return ResumedKnowledge(
         logs=tuple(EarlierLog(log=run.path.name, run_id=run.info.run_id, sha256=run.sha256) for run in runs),
         known=MappingProxyType({c: where.known[c] for c in sorted(where.known)}),
         put=MappingProxyType({c: items for c, items in sorted(where.put.items()) if items and c in reached}),

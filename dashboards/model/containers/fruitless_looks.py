@@ -12,7 +12,7 @@ from workbench.beliefs.after_looks import posterior_after_misses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LooksInVain:
+class FruitlessLooks:
     """Looks into one container that did not show an item that they could have missed.
 
     Attributes:
@@ -36,7 +36,7 @@ class LooksInVain:
         return self.posterior[self.by_now][1]
 
 
-def looks_in_vain(timeline: Timeline, container: str, item_type: str, stamp_ns: int) -> LooksInVain | None:
+def fruitless_looks(timeline: Timeline, container: str, item_type: str, stamp_ns: int) -> FruitlessLooks | None:
     """The looks in vain up to the one that showed the item; None where looks show everything or nothing is believed.
 
     Each look detects the item, where it is, with p_detect of the log.
@@ -56,7 +56,9 @@ def looks_in_vain(timeline: Timeline, container: str, item_type: str, stamp_ns: 
         posterior.append((seen.stamp.ns, float(left)))
     if len(posterior) == 1:
         return None
-    return LooksInVain(p_detect=p_detect, posterior=posterior, by_now=sum(at <= stamp_ns for at, _ in posterior[1:]))
+    return FruitlessLooks(
+        p_detect=p_detect, posterior=posterior, by_now=sum(at <= stamp_ns for at, _ in posterior[1:])
+    )
 
 
 def _first_belief(timeline: Timeline, container: str, item_type: str) -> tuple[int, float] | None:
