@@ -292,7 +292,8 @@ def main(paths):
         neither = f"neither of {a} and {b} is shown to beat the other"
         beats = f"{a} beats {b}" if high < least - NEAR else f"{b} beats {a}" if most < low - NEAR else neither
         if both:
-            print(f"{beats} on these {len(both)} trials, in every world that agrees with their logs")
+            where = "this trial" if len(both) == 1 else f"these {len(both)} trials"
+            print(f"{beats} on {where}, in every world that agrees with the logs")
     return code
 
 

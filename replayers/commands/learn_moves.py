@@ -21,8 +21,8 @@ def learn_moves(
 ) -> None:
     """Learn how often things move, per item type, in moves per day.
 
-    In logs, a thing that was seen in one run and is seen again, or is gone, in a later one shows how often things
-    move in this household, and how often things of its type do. A file of episodes (.jsonl, .jsonl.gz) has one object
+    In logs, an item that was seen in one run and is seen again or gone in a later one shows how often things move
+    in this household, and how often items of its type do. A file of episodes (.jsonl, .jsonl.gz) has one object
     per line with "scene" and "moves"; an episode counts as one day.
 
     Examples:

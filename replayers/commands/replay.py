@@ -103,7 +103,7 @@ def replay(
     seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
-    """Replay other planners over these logs, to know what they would have cost.
+    """Replay other planners over logs: what would they have cost?
 
     lower and upper hold in every world that is consistent with the log; estimate is a mean over sampled worlds.
 

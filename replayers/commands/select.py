@@ -63,11 +63,12 @@ def select(
     seed: Annotated[int, Option("--seed", help="Seed of drawn worlds and of resampling.")] = 0,
     json: Json = False,
 ) -> None:
-    """Which strategy should the robot follow in the next trial?
+    """Select the strategy to drive in the next trial.
 
-    Every candidate is replayed over every log. After each trial: which one to drive next, which are ruled out, and
-    how much regret is still possible. "By proof" means: on the trials so far it cost more than another one in every
-    world that agrees with the logs. "By sequence" speaks of coming trials like these, with an error of --alpha.
+    Every candidate is replayed over every log. The tables say, after each trial, which one to drive next, which are
+    ruled out, and how much regret is still possible. "By proof": on the trials so far it cost more than another one
+    in every world that agrees with the logs. "By sequence" is about coming trials like these, with an error
+    probability of --alpha.
 
     Examples:
 

@@ -110,7 +110,9 @@ def read_pool(path: Path) -> tuple[PoolTrial, ...]:
         stored = msgspec.json.Decoder(_StoredTrial).decode_lines(path.read_bytes())
         trials = tuple(_trial(line) for line in stored)
     except (msgspec.MsgspecError, ValueError) as error:
-        raise MalformedFile(path, f"this is no pool of trials ({error})", "Make it: lios evaluate select") from None
+        raise MalformedFile(
+            path, f"this is not a pool of trials ({error})", "Make it: lios evaluate select"
+        ) from None
     if not trials:
         raise MalformedFile(path, "a pool without trials", "Make it again: lios evaluate select --force")
     return trials

@@ -36,7 +36,7 @@ class SeveralRuns(MalformedFile):
 
     def __init__(self, path: Path) -> None:
         super().__init__(
-            path, "it holds several runs", f"Take them apart first: lios log split {path} -o runs/run.mcap --by run"
+            path, "it holds several runs", f"Split them first: lios log split {path} -o runs/run.mcap --by run"
         )
 
 
@@ -51,7 +51,7 @@ class AlreadySeveralRuns(BadValue):
     """A log to merge that is itself of several runs."""
 
     def __init__(self, path: Path) -> None:
-        super().__init__("a log to merge", str(path), "one of one run; take it apart first: lios log split --by run")
+        super().__init__("a log to merge", str(path), "a log of one run; split it first: lios log split --by run")
 
 
 def member_name(name: str, run: int) -> str:

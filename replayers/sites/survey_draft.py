@@ -110,7 +110,7 @@ def draft_site(path: Path, *, map_tags: frozenset[int] = frozenset()) -> SiteDra
     """
     heard = _listen(path)
     if not heard.poses:
-        raise NothingToDraft(path, f"no message on {POSE}, so nothing is known of where the robot was")
+        raise NothingToDraft(path, f"no message on {POSE}, so the robot's path is unknown")
     run = read(path)
     if run.info.source in ("simulation", "replay"):
         raise NothingToDraft(path, f"a {run.info.source}, with no robot's session to draw a place from")

@@ -101,7 +101,7 @@ def test_an_answer_of_no_use_is_one_line_and_is_not_kept(answer: Any, words: str
 def test_questions_that_are_no_texts_are_one_line() -> None:
     oracle = Oracle()
     oracle.questions = lambda knowledge, item_types: [7]  # type: ignore[method-assign]
-    with pytest.raises(EstimatorFailed, match="its questions are no tuple of texts"):
+    with pytest.raises(EstimatorFailed, match="its questions are not a tuple of strings"):
         answered(oracle, may_ask=True).believe(knowing(), (MUG,))
 
 

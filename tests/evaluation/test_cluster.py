@@ -96,7 +96,7 @@ def test_a_word_while_no_worker_is_there(monkeypatch: pytest.MonkeyPatch) -> Non
         end = time.monotonic() + 60
         while len(said) < 2 and time.monotonic() < end:
             time.sleep(0.01)
-    assert said == ["No worker is at tcp://here: waiting for one.", "There are workers again."]
+    assert said == ["No worker is at tcp://here: waiting for one.", "Workers are available again."]
 
 
 def test_units_are_taken_as_they_are_needed() -> None:

@@ -256,7 +256,7 @@ def placements_of(weights: Weights) -> Placements:
         or (several > 1).any()
     )
     if chances or (rate <= 0).any() or (weight <= 0).any() or min(often.min(), stood.min(), usual.min()) < 0:
-        raise MalformedFile(weights.path, "counts or rates that cannot be", "Train it again with lios train")
+        raise MalformedFile(weights.path, "impossible counts or rates", "Train it again with lios train")
     return Placements(
         rooms=rooms,
         containers=containers,

@@ -44,7 +44,7 @@ class ClusterLost(Failed):
     def __init__(self, scheduler: str, error: BaseException) -> None:
         super().__init__(
             f"the Dask cluster at {scheduler} was lost ({type(error).__name__}). "
-            "What is done is kept in -o: start the cluster and give the same command again."
+            "Finished work is kept in -o: start the cluster and run the same command again."
         )
 
 
@@ -255,7 +255,7 @@ def _warning_without_workers(client: Any, scheduler: str) -> Generator[None]:
             except (OSError, ValueError, RuntimeError, KeyError, TimeoutError):
                 return  # the scheduler is gone, which the results tell
             if now != there:
-                say("There are workers again." if now else f"No worker is at {scheduler}: waiting for one.")
+                say("Workers are available again." if now else f"No worker is at {scheduler}: waiting for one.")
             there = now
 
     watcher = threading.Thread(target=watch, name="workers", daemon=True)

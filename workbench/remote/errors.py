@@ -37,7 +37,7 @@ class RangesUnsupported(Unsupported):
     """A server that sends whole files only."""
 
     def __init__(self, address: Path | str) -> None:
-        super().__init__(f"{address}: its server sends no parts of files (no ranges). Download it and open the copy.")
+        super().__init__(f"{address}: its server does not support range requests. Download it and open the copy.")
 
 
 class TransferInterrupted(InputError):

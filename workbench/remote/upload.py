@@ -23,9 +23,9 @@ def upload_target(address: str) -> RemotePath:
     """
     path = path_of(address)
     if not isinstance(path, RemotePath):
-        raise NotWritable(address, "this is a path of this machine")
+        raise NotWritable(address, "this is a local path")
     if path.protocol in WEB:
-        raise NotWritable(address, "nothing is sent to web addresses")
+        raise NotWritable(address, "web addresses cannot be written to")
     path.filesystem()
     return path
 

@@ -65,14 +65,14 @@ def tasks(
         Path | None, Option("--output", "-o", help="A folder for the trials and the table; resumable.")
     ] = None,
     dry_run: DryRun = False,
-    force: Annotated[bool, Option("--force", help="Begin again in a folder that holds trials.")] = False,
+    force: Annotated[bool, Option("--force", help="Start over in a folder that holds trials.")] = False,
     json: Json = False,
 ) -> None:
     """Measure strategies on tasks: the paper's table of five scenarios.
 
     All strategies, the oracle among them, run the same trials. To resume a stopped evaluation, give the same
-    command again; costs do not depend on the number of workers. With --miss-rate, looks miss items, by the same draws
-    for every strategy, and strategies go on until what must exist is found; the oracle's looks never miss.
+    command again; costs do not depend on the number of workers. With --miss-rate, looks miss items, with the same
+    draws for every strategy, and strategies continue until what must exist is found; the oracle's looks never miss.
 
     Examples:
 
@@ -123,7 +123,7 @@ def tasks(
     meant = cell_filter(cells)
     chosen = [(s, n) for s in request.scenarios for n in request.strategies if meant(s, n)]
     if not chosen:
-        raise BadValue("-k", cells, "met by at least one cell; --dry-run without -k lists them")
+        raise BadValue("-k", cells, "an expression that selects a cell; --dry-run without -k lists the cells")
     request.require_estimators()
     if memory or rates is not None:
         from recorders.commands.evaluate.memory_tables import show_tasks

@@ -23,10 +23,10 @@ ImagesHz = Annotated[float, Option("--images-hz", help="Pictures per second and 
 Cameras = Annotated[str, Option("--cameras", help="Image sources, comma-separated.")]
 TakeLease = Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")]
 OwnEstop = Annotated[
-    bool, Option("--own-estop", help="Guard the run by our own e-stop endpoint, instead of the tablet's.")
+    bool, Option("--own-estop", help="Guard the run with our own e-stop endpoint instead of the tablet's.")
 ]
 FurnitureOpen = Annotated[
-    bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before the run.")
+    bool, Option("--furniture-open", help="Assert that all closed furniture was opened before the run.")
 ]
 ContinueAfterOutage = Annotated[
     bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")

@@ -283,7 +283,7 @@ class SpotWorld:
                 raise RunStopped(LEASE_LOST) from error
             except UnauthenticatedError as error:
                 if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
-                    raise RunStopped("the robot takes none of our tokens, although it gave them") from error
+                    raise RunStopped("the robot rejects the login tokens that it issued") from error
                 self.connection.log_in_again()
                 self.wait(self.settings.poll_s)
             except ResponseError:

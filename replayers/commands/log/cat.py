@@ -24,7 +24,7 @@ def cat(
     start: Start = "",
     end: End = "",
     limit: Annotated[int, Option(help="Largest number of messages to print; 0 for all.", min=0)] = 0,
-    as_json: Annotated[bool, Option("--json", help="One JSON object a line.")] = False,
+    as_json: Annotated[bool, Option("--json", help="One JSON object per line.")] = False,
     whole: Annotated[bool, Option("--whole", help="Show all bytes of binary messages, in base64.")] = False,
 ) -> None:
     """Print messages, decoded as far as the log explains them.

@@ -51,8 +51,8 @@ def filter_log(
 ) -> None:
     """Copy the wanted topics and times to another log; unknown topics pass through untouched.
 
-    With --blur-faces, pictures that cannot be searched for faces are left out. Faces that are not found, and screens,
-    stay: look at the copy before you give it away, or leave the cameras out.
+    With --blur-faces, images that cannot be searched for faces are left out. Faces that are not found, and screens,
+    stay: check the copy before you give it away, or leave the cameras out.
 
     Examples:
 
@@ -81,7 +81,7 @@ def _report_blurred(blur: FaceBlur) -> None:
     """What was searched for faces, on standard error."""
     say(
         f"{blur.pictures.total():,} pictures searched, {blur.faces.total():,} faces found and blurred; "
-        "screens are not looked for"
+        "screens are not searched for"
     )
     for topic, count in sorted(blur.left_out.items()):
         say(f"{topic}: {count:,} left out: pictures that cannot be searched for faces")
@@ -91,7 +91,7 @@ def merge(
     logs: Annotated[list[Path], Argument(help="Logs, or the parts of one.")],
     output: Output,
     runs: Annotated[
-        bool, Option("--runs", help="Each log is a run of its own; split --by run takes them apart again.")
+        bool, Option("--runs", help="Each log is a separate run; split --by run separates them again.")
     ] = False,
     allow_duplicates: Annotated[
         bool, Option("--allow-duplicates", help="Keep differing metadata and attachments of the same name.")
@@ -154,7 +154,7 @@ def compact(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Rewrite a log in few large chunks: smaller and faster to read than one that was synced at every decision.
+    """Rewrite a log in a few large chunks: smaller, and faster to read, than one synced at every decision.
 
     Chunks of at least a quarter of that size, compressed as asked for, are copied as they are.
 

@@ -38,7 +38,10 @@ def resume(
     robot: Robot,
     site: SiteOption,
     held_at: Annotated[
-        str, Option("--held-at", help="The container that now holds what the log ends with in the gripper.")
+        str,
+        Option(
+            "--held-at", help="The container that now holds the item that was in the gripper at the end of the log."
+        ),
     ] = "",
     strategy: Annotated[str, Option("--strategy", "-s", help="Strategy; default: that of the log.")] = "",
     estimator: Annotated[str, Option("--estimator", help="Estimator; default: that of the log.")] = "",
@@ -61,10 +64,10 @@ def resume(
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Go on with a task that was interrupted, from what its log knows; a new log is written, which names the old one.
+    """Resume an interrupted task from its log; the new log names the old one.
 
-    What the logs saw is known at the start of the new run, and replays of it know it as well. Where an item was put
-    down and nobody looked, the robot looks first. Containers that nobody opened are tried again.
+    What the logs show is known at the start of the new run and of its replays. Where an item was put down and
+    nobody looked, the robot looks first. Containers that nobody opened are tried again.
 
     Examples:
 

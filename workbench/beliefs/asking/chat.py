@@ -62,7 +62,7 @@ class ChatQuestions:
 
     def ask(self, question: str) -> str:
         if self.endpoint is None:
-            raise EstimatorFailed(self.name, "nobody is to be asked")
+            raise EstimatorFailed(self.name, "it may not ask anything here")
         return complete(self.prompt, self.endpoint, question)
 
     def probabilities(
@@ -92,7 +92,7 @@ class ChatQuestions:
         raise EstimatorFailed(
             self.name,
             f"its answer {shown!r} holds no JSON object of probabilities by container",
-            "Say so in the prompt, or take another model",
+            "Ask for it in the prompt, or use another model",
         )
 
     def _probability(self, container: str, value: object) -> float:
@@ -100,8 +100,8 @@ class ChatQuestions:
         if not isfinite(number) or not 0 <= number <= 1:
             raise EstimatorFailed(
                 self.name,
-                f"its answer gives {container[:40]} {str(value)[:40]!r}, which is no probability",
-                "Say so in the prompt, or take another model",
+                f"its answer gives {container[:40]} {str(value)[:40]!r}, which is not a probability",
+                "Ask for it in the prompt, or use another model",
             )
         return min(MAX_PROBABILITY, max(MIN_PROBABILITY, number))
 

@@ -114,7 +114,7 @@ def with_memory(estimator: Estimator, memory: Memory | None) -> Estimator:
     if memory is None:
         return estimator
     if isinstance(estimator, AnsweredEstimator):
-        raise BadValue("--memory", estimator.name, "given with an estimator that asks nobody")
+        raise BadValue("--memory", estimator.name, "used with an estimator that asks no questions")
     return MemoryEstimator(base=estimator, memory=memory)
 
 

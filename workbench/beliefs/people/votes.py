@@ -123,7 +123,7 @@ def _rows(path: Path) -> Iterator[tuple[str, str, str, tuple[float, float, float
                     raise ValueError(f"more than {MAX_ROWS} rows")
                 tidy, untidy, implausible = (float(row[name]) for name in COLUMNS[3:])
                 if not (min(tidy, untidy, implausible) >= 0 and tidy + untidy + implausible < float("inf")):
-                    raise ValueError("votes that are no counts")
+                    raise ValueError("votes that are not counts")
                 object_name, room, receptacle = (generic_name(row[name]) for name in COLUMNS[:3])
                 yield object_name, room, receptacle, (tidy, untidy, tidy + untidy + implausible)
     except (ValueError, TypeError, AttributeError, OSError, EOFError, csv.Error, zlib.error) as error:

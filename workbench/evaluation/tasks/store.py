@@ -104,4 +104,4 @@ def read_request(path: Path) -> TaskRequest:
     try:
         return msgspec.json.decode(path.read_bytes(), type=TaskRequest)
     except msgspec.MsgspecError as error:
-        raise MalformedFile(path, f"no settings of an evaluation: {error}", "Give another folder") from error
+        raise MalformedFile(path, f"not the settings of an evaluation: {error}", "Give another folder") from error
