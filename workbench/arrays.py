@@ -1,4 +1,4 @@
-"""Names for the types of NumPy arrays in annotations; shapes stand in the docstrings of what uses them."""
+"""Type aliases of NumPy arrays for annotations; the docstrings of their users give the shapes."""
 
 from __future__ import annotations
 

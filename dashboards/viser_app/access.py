@@ -1,4 +1,4 @@
-"""Who may talk to the dashboard: checks of Host, Origin and token, as pure functions of one request's head.
+"""Access to the dashboard: checks of Host, Origin and token, as pure functions of one request's head.
 
 A browser that shows a stranger's page will connect to servers of this machine for it. Three checks, all of which must
 pass, stop that: Host against names that were pointed at this machine (DNS rebinding), Origin against pages other than

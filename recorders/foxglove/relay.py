@@ -1,4 +1,4 @@
-"""A WebSocket relay in front of the Foxglove SDK's server: who may look, and by which name the protocol is asked for.
+"""A WebSocket relay in front of the Foxglove SDK's server: checks of clients, and the protocol's old name.
 
 The SDK answers every web page that a browser shows, and knows the protocol by its new name alone: foxglove-sdk 0.30.3
 refuses `foxglove.websocket.v1` with HTTP 400, for which npm's @foxglove/ws-protocol 0.8.0 asks, and Lichtblick before

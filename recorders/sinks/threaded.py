@@ -1,4 +1,4 @@
-"""A sink that writes in a thread of its own, so that recording never blocks the robot.
+"""A sink that writes in its own thread, so that recording never blocks the robot.
 
 The queue is bounded in bytes. If the disk cannot keep up, messages of ordinary channels are dropped first, those of
 important ones (decisions) only at twice the bound; dropped messages are counted by topic and logged as

@@ -1,4 +1,4 @@
-"""Built-in strategies without explanations: the same steps, without what only people look at.
+"""Built-in strategies without explanations: the same steps, computed faster.
 
 The thousands of branches of a replay need neither the alternatives nor the search order beyond its first stop, which
 is all that the loop executes. They also ask for the same searches repeatedly, so that search results are cached.

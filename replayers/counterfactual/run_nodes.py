@@ -1,4 +1,4 @@
-"""The parts of a tree of runs (run_tree.py): nodes, the segments between them, what they ask, and the ends."""
+"""The parts of a run tree (run_tree.py): nodes, segments, unobserved looks and leaves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A planner from outside in a process of its own, where it cannot break or stall a replay, or see the truth.
+"""Runs a third-party planner in a separate process, where it cannot break or stall a replay, or see the truth.
 
 It receives views over a pipe and answers decisions. What it raises, a decision that takes too long, an answer that
 is no decision, and asking for the truth are turned into a decision without a plan, which ends the run as

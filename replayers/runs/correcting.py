@@ -1,4 +1,4 @@
-"""What a person's correction may say of a run, and what the run's contents are with it.
+"""Corrections of a run by a person: their checks, and the run's contents with them.
 
 It is about a look: the container was looked into, the item was not shown, and it had not been carried before.
 """

@@ -1,4 +1,4 @@
-"""What logs of one place know together at their end: where each item is, for a run that goes on from them."""
+"""The combined knowledge of the logs of one place at their end, for a run that resumes from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which strategies are out of question: by proof on the trials so far, and by sequences that hold for coming trials.
+"""Elimination of strategies: by proof on the trials so far, and by sequences that hold for coming trials.
 
 Two kinds of elimination, which never mix:
 

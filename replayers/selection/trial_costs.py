@@ -1,4 +1,4 @@
-"""What one trial tells of every strategy's cost: bounds, estimates, and the greatest difference of each pair."""
+"""The cost of every strategy on one trial: bounds, estimates, and the greatest difference of each pair."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs as one source that is read by time: what lies between two moments, and how everything stood at one."""
+"""Logs as one source that is read by time: the messages between two moments, and the state at one."""
 
 from __future__ import annotations
 

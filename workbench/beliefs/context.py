@@ -1,4 +1,4 @@
-"""Context features of an item in a container: all that names do not tell, as known during a search.
+"""Context features of an item in a container, beyond names, as known during a search.
 
 Names give rates and probabilities (`placements.py`). The features add: competing containers in the room and in the
 house; the size of the container, and whether the item fits; the composition of the house; and the observations so

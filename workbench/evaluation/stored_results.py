@@ -1,4 +1,4 @@
-"""Results kept one by one in a file, so that an evaluation that was stopped goes on where it was.
+"""Results stored one by one in a file, so that a stopped evaluation can be resumed.
 
 Each line of the file is a result with the key of its unit: a digest of all that the result depends on. What has
 another key, or cannot be read, such as a line that a kill cut off, is computed again.

@@ -1,4 +1,4 @@
-"""The set-up of a run: what a task, names and a seed become before the loop starts, in simulation and on a robot."""
+"""The set-up of a run from a task, names and a seed, in simulation and on a robot."""
 
 from __future__ import annotations
 

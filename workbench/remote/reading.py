@@ -1,4 +1,4 @@
-"""Reads files at addresses by ranges: small steps where a reader jumps about, longer ones where it goes on."""
+"""Reads files at addresses by ranges: small requests for random access, larger ones for sequential reading."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is left of a belief after looks that could have missed the item: Bayes, look by look."""
+"""The posterior belief after looks that could have missed the item: Bayes, look by look."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The version of a robot's software, and what this client does otherwise with an older one."""
+"""The version of a robot's software, and how this client adapts to older ones."""
 
 from __future__ import annotations
 

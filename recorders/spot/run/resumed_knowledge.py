@@ -1,4 +1,4 @@
-"""What a run takes over from earlier logs of its place: contents that are known before it begins."""
+"""Knowledge that a run takes over from earlier logs of its place: contents known before it begins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A climb from world to world towards a strategy's cheapest and dearest run, where not every world is followed.
+"""Hill climbing over consistent worlds towards a strategy's cheapest and most expensive run.
 
 In a kitchen a container can answer in thousands of ways, of which branch-and-bound follows those with the fewest
 items. Changing one item type in one container at a time finds runs that cost less, or more, than those. Every end

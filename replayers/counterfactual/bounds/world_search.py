@@ -1,4 +1,4 @@
-"""All that a strategy's runs in the consistent worlds of a log give: the bounds, and costs in the drawn worlds.
+"""Bounds and costs in drawn worlds of a strategy, from its runs in the consistent worlds of a log.
 
 Strategies that decide alike (strategy_traits.decision_kind) share one search. Its results do not depend on which of
 them is replayed first, or alone: each would search the same tree with the same budget.

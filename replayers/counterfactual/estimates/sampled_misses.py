@@ -1,4 +1,4 @@
-"""What recorded looks overlooked, sampled given the log: at most so many, and all that must be somewhere.
+"""Samples of the items that the recorded looks overlooked, given the log and the number of misses.
 
 A type that lies in a container with probability P and that n looks would each have missed with chance 1 - p is there,
 unseen, with odds P / (1 - P) times (1 - p)^n (Bayes). Worlds are drawn exactly given the total number of overlooked

@@ -1,4 +1,4 @@
-"""Estimators that ask: what one has to provide, and the wrapper that makes an ordinary estimator of it."""
+"""Estimators that ask questions: their protocol, and the wrapper that makes them ordinary estimators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Questions of an estimator that is costly as a whole: what the robot knows, asked for the whole belief."""
+"""Questions of estimators that answer with a whole belief: one for each state of knowledge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What earlier runs of a place saw: looks with their times, and the last look into each container as a memory."""
+"""The memory of earlier runs in a place: their looks with times, and the last look into each container."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`lios new`: writes a planner, policy or estimator of one's own with its test, or a house or survey."""
+"""`lios new`: writes a template of a planner, policy or estimator with its test, or of a house or survey."""
 
 from __future__ import annotations
 

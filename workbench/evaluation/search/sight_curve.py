@@ -1,4 +1,4 @@
-"""What seeing open furniture in passing saves in object search, over the range of sight: paired, by house."""
+"""The sight experiment: what seeing open furniture in passing saves in object search, by range of sight."""
 
 from __future__ import annotations
 
