@@ -75,33 +75,24 @@ def resume(
 
         lios spot resume run.mcap monday.mcap --robot 192.168.80.3 --site home/site.yaml --held-at desk
     """
-    from dataclasses import replace
-
-    from recorders.commands.spot.options import camera_names, check_within
-    from recorders.commands.spot.run import print_plan, print_report, run_by_keys
+    from recorders.commands.spot.options import camera_names, check_run
+    from recorders.commands.spot.run import connect_and_run, print_report
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
-    from recorders.sinks.mirrored import watched
-    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
+    from recorders.spot.client.connection import RobotAddress
     from recorders.spot.record_session import OPERATOR
-    from recorders.spot.run.run import RobotRun, setup_of
+    from recorders.spot.run.run import RobotRun
     from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.session.session import Rates
     from recorders.spot.tags.pictures import require_detector
     from replayers.runs.resume_state import known_from_logs
     from replayers.runs.run import read
-    from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site
 
     interrupted, *_ = logs
     output = output or interrupted.with_name(f"{interrupted.stem}-resumed.mcap")
-    if output.exists() and not force and not dry_run:
-        raise OutputExists(output)
-    if speed is not None and not 0 < speed <= 1.6:
-        raise BadValue("--speed", speed, "more than 0 and at most 1.6 m/s, Spot's own limit")
-    check_within("--look", look, 0.1, 600)
-    check_within("--images-hz", images_hz, 0, 60)
+    check_run(output, replaces=force or dry_run, speed=speed, look=look, images_hz=images_hz)
     place, address = load_site(site), RobotAddress.read(robot)
     require_detector(place)
     runs = [read(path) for path in logs]
@@ -121,11 +112,8 @@ def resume(
         operator_name=operator,
         log_serial=serial,
     )
-    ready = setup_of(wanted)
-    with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
-        if dry_run:
-            print_plan(connection, wanted, ready)
-            return
-        with watched(output.name, serve) as audience:
-            report = run_by_keys(connection, replace(wanted, audience=audience), ready, output, force=force)
-    print_report(report, output, as_json=json)
+    report = connect_and_run(
+        wanted, address, output, certificate=certificate, serve=serve, force=force, dry_run=dry_run
+    )
+    if report is not None:
+        print_report(report, output, as_json=json)

@@ -135,6 +135,6 @@ def test_what_is_gone_from_its_place_may_be_anywhere() -> None:
 
 def test_an_estimator_that_asks_has_no_memory() -> None:
     asks = answered(StateQuestions("asks", None, names_alone=False), may_ask=False)
-    with pytest.raises(BadValue, match="an estimator that asks nobody"):
+    with pytest.raises(BadValue, match="an estimator that asks no questions"):
         with_memory(asks, memory(look(DESK, MUG), day=1.0))
     assert with_memory(asks, None) is asks
