@@ -196,7 +196,7 @@ class GivenEmpty(click.BadParameter):
 
     def __init__(self, param: click.Parameter, ctx: click.Context) -> None:
         kind = "option" if isinstance(param, click.Option) else "argument"
-        super().__init__(f"it is empty. Give a value, or omit the {kind} out.", ctx, param)
+        super().__init__(f"it is empty. Give a value, or omit the {kind}.", ctx, param)
 
 
 def _has_empty_text(value: object) -> bool:

@@ -79,7 +79,7 @@ class Answer:
 
 
 NOT_LOADED = Answer(AnswerKind.BROKEN, "it was not loaded")
-WRONG_TYPES = Answer(AnswerKind.BROKEN, "its relevant_types are no tuple")
+WRONG_TYPES = Answer(AnswerKind.BROKEN, "its relevant_types are not a tuple")
 
 
 class AskedForTruth(Exception):
