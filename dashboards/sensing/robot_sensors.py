@@ -89,7 +89,7 @@ class RobotSensors:
 
     @property
     def has_status(self) -> bool:
-        """Whether the log tells how its session went."""
+        """Whether the log records how its session went."""
         return bool(self._tracks.of_kind(SESSION_STATUS))
 
     def status(self, stamp_ns: int) -> SessionStatus | None:

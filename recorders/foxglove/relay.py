@@ -57,7 +57,7 @@ class RelayBroke(Failed):
 
 @final
 class Relay:
-    """Listens for viewers and passes their frames to the SDK's server and back. Runs in a thread of its own.
+    """Listens for viewers and passes their frames to the SDK's server and back. Runs in its own thread.
 
     Args:
         host, port: where to listen; port 0 takes any free one.

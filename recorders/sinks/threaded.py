@@ -40,7 +40,7 @@ class RecorderStopped(Failed):
 
 @final
 class ThreadedSink:
-    """A Sink that passes everything to another sink in a thread of its own. `write` neither blocks nor raises.
+    """A Sink that passes everything to another sink in its own thread. `write` neither blocks nor raises.
 
     Args:
         inner: the sink that writes; from now on used only by this thread.

@@ -126,7 +126,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def replays_html(replays: Iterable[StoredReplay], *, note: str = "") -> str:
-    """A table with one row for each replay: its cost, as far as the log can tell, and how its run ended.
+    """A table with one row for each replay: its cost, as far as the log shows, and how its run ended.
 
     Args:
         note: a line below it.

@@ -129,7 +129,7 @@ class EstimatorChoice:
 
     Attributes:
         estimator: what is asked.
-        static_beliefs: it goes by names alone; otherwise it learns from all that is seen, and what else lies in an
+        static_beliefs: it uses names alone; otherwise it learns from all that is seen, and what else lies in an
             open container would move it.
         rounded: it answers with beliefs that the log rounded; decisions by them may have been others.
         hypothetical: somebody asked for these beliefs, whatever the run's were; the recorded strategy need not do

@@ -89,7 +89,7 @@ class UndecodableTopic(Malformed):
         short = " ".join(reason.split())[:160].rstrip(".")
         super().__init__(
             f"{path}: a message of {topic} cannot be decoded ({short}). "
-            "Leave the topic out of the mapping, or record it anew."
+            "Leave the topic out of the mapping, or record it again."
         )
 
 

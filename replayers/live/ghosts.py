@@ -40,7 +40,7 @@ MIN_SEGMENTS, MAX_SEGMENTS = 20, 2000
 BUDGET_GROWTH = 4
 """By how much more the next round over the same log may follow."""
 CLIMB = 10
-"""Segments for each climb towards the cheapest and the dearest run (Budget)."""
+"""Segments for each climb towards the cheapest and the most expensive run (Budget)."""
 
 CHANGED: Mapping[str, str] = MappingProxyType(
     {

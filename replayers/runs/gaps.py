@@ -113,7 +113,7 @@ def losses_of_logs(paths: Iterable[Path]) -> dict[str, tuple[str, ...]]:
         try:
             found |= losses([read(path)])
         except LiosError:
-            continue  # whoever uses the log tells why
+            continue  # using the log says why
     return found
 
 

@@ -36,11 +36,11 @@ class OtherPlace(InputError):
 
 
 class HasGaps(InputError):
-    """Messages within the log are missing, so that it does not tell where things are now."""
+    """Messages within the log are missing, so that it does not show where things are now."""
 
     def __init__(self, run: Run, lost: str) -> None:
         super().__init__(
-            f"{run.path}: the log is not whole ({lost}), so it does not tell where things are. Leave it out."
+            f"{run.path}: the log is not whole ({lost}), so it does not show where things are. Leave it out."
         )
 
 

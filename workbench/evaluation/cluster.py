@@ -215,7 +215,7 @@ def _require_same_version(client: Any, scheduler: str) -> None:
 def _worked(work: Callable[[Unit], Result], unit: Unit) -> tuple[str, str, Result]:
     """Runs on a worker: the version of this package there, the worker, and the result.
 
-    Dask makes its workers daemons, which may not start processes; a user's planner has a process of its own, for its
+    Dask makes its workers daemons, which may not start processes; a user's planner has a separate process, for its
     time limit, and that one ends with the worker.
     """
     process = current_process()

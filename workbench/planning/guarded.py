@@ -2,7 +2,7 @@
 
 An exception, an invalid decision, or a decision that exceeds the planning budget becomes a decision without a plan.
 Whatever the strategy prints goes to standard error, since standard output carries the command's result. (Replays
-isolate it further, in a process of its own: replayers/counterfactual/sandbox.py.)
+isolate it further, in a separate process: replayers/counterfactual/sandbox.py.)
 """
 
 from __future__ import annotations

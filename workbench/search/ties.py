@@ -49,7 +49,7 @@ def first_of_least(things: Iterable[T], cost: Callable[[T], float]) -> T:
 
 
 def by_cost(things: Iterable[T], cost: Callable[[T], float]) -> list[T]:
-    """The things from the cheapest to the dearest; equal ones in the order in which they are given."""
+    """The things from the cheapest to the most expensive; equal ones in the order in which they are given."""
     listed = list(things)
     if len(listed) < 2:
         return listed

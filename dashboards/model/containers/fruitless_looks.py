@@ -48,10 +48,10 @@ def fruitless_looks(timeline: Timeline, container: str, item_type: str, stamp_ns
     for seen in sorted(timeline.run.observations, key=lambda o: o.stamp.ns):
         if seen.container != container or seen.known_at_start or seen.look is None:
             continue
-        told = dict(zip(seen.look.item_types, seen.look.p_detect, strict=True))
-        if item_type not in told or any(item.type == item_type for item in seen.items):
+        detection = dict(zip(seen.look.item_types, seen.look.p_detect, strict=True))
+        if item_type not in detection or any(item.type == item_type for item in seen.items):
             break
-        p_detect, p = told[item_type], posterior[-1][1]
+        p_detect, p = detection[item_type], posterior[-1][1]
         left = posterior_after_misses(np.array(p), np.array(1.0 - p_detect))
         posterior.append((seen.stamp.ns, float(left)))
     if len(posterior) == 1:

@@ -14,7 +14,7 @@ MAX_STRATEGY_CHARS = 28
 MAX_TROUBLE_CHARS = 160
 HINTS = {
     "at least": "The cost in the cheapest world that agrees with the log so far.",
-    "at most": "The cost in the dearest such world; - where no bound is known.",
+    "at most": "The cost in the most expensive such world; - where no bound is known.",
     "driven costs more": "The driven strategy's cost minus this one's, world by world.",
 }
 WIDE_TREE_NOTE = (

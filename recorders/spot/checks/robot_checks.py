@@ -56,7 +56,7 @@ class CheckPlan:
 def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> list[Finding]:
     """All findings about a robot and about the disk of the log `output`; the robot is asked only, nothing is changed.
 
-    A service that does not answer is a finding of its own, so that one missing service hides no other.
+    A service that does not answer is a separate finding, so that one missing service hides no other.
     """
     parts: tuple[tuple[str, Callable[[Connection, CheckPlan], list[Finding]], bool], ...] = (
         ("robot", _identity, False),
@@ -80,7 +80,7 @@ def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> lis
             found += look(connection, plan)
         except ROBOT_ERRORS as error:
             said = forbids if needed else warning
-            found.append(said(subject, f"the robot does not tell ({reason_of(error)})"))
+            found.append(said(subject, f"the robot does not say ({reason_of(error)})"))
     return found
 
 

@@ -4,7 +4,7 @@ Each stream has its own thread, so that a slow camera does not delay odometry; w
 the network goes down, every thread retries until it is back, and the gap is recorded from the last answer of any
 stream to the next one. If only one stream fails while others work, its error is reported once and counted.
 `log_time` is the time of receipt, `publish_time` the robot's stamp converted by time sync; messages whose stamps were
-converted while time sync was away are in channels of their own (topics.py).
+converted while time sync was away are in separate channels (topics.py).
 """
 
 from __future__ import annotations

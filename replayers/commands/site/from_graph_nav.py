@@ -70,7 +70,7 @@ def from_graph_nav(
         say(f"{counted(len(made.disconnected), 'waypoint')} left out: no edge connects them with the start.")
     if made.unread_clouds:
         say(f"{counted(made.unread_clouds, 'snapshot')} left out of the map: missing, or its points are packed.")
-    whose = "those with a name of their own" if made.named_only else "all but the start, because none has a name"
+    whose = "the named ones" if made.named_only else "all but the start, because none has a name"
     found = f"{counted(len(draft.tags), 'tag')}{', a map' if draft.grid is not None else ''}"
     say(f"{counted(len(draft.stops), 'container')} ({whose}), {found}: {file}")
     say(f"Name the containers, delete the other waypoints. Next: lios site check {file}")

@@ -23,21 +23,21 @@ def climbed_ends(tree: RunTree, known: Bounds, *, max_segments: int) -> tuple[Le
     """The ends of a climb downwards and of one upwards.
 
     Args:
-        known: the bounds so far; their cheapest and dearest ends are where the climbs start, or, if it is cheaper,
-            the run in the world whose first open container holds all that matters.
+        known: the bounds so far. The climbs start from their cheapest and most expensive ends; downwards, from the run
+            in the world whose first open container holds all that matters, if that is cheaper.
         max_segments: of each climb.
     """
     lucky = all_in_first(tree)
     low = min((known.cheapest or lucky, lucky), key=lambda leaf: leaf.cost)
     cheapest = climb(tree, low, up=False, max_segments=max_segments)
-    return cheapest, climb(tree, known.dearest or lucky, up=True, max_segments=max_segments)
+    return cheapest, climb(tree, known.most_expensive or lucky, up=True, max_segments=max_segments)
 
 
 def climb(tree: RunTree, start: Leaf, *, up: bool, max_segments: int) -> Leaf:
-    """The cheapest, or the dearest, end on a first-improvement climb from the end of a run.
+    """The cheapest, or the most expensive, end on a first-improvement climb from the end of a run.
 
     Args:
-        up: towards dearer ends.
+        up: towards more expensive ends.
         max_segments: new segments of the loop after which no further world is tried.
     """
     spent = tree.segments + max_segments

@@ -82,5 +82,5 @@ def _with_all_ends(
         standing = standing.with_ends(drawn)
     if tree.guesses:
         return bounds, standing
-    others = (standing.cheapest, standing.dearest) if standing is not None else ()
+    others = (standing.cheapest, standing.most_expensive) if standing is not None else ()
     return bounds.with_ends((*others, *drawn)), standing
