@@ -1,4 +1,4 @@
-"""Climbs to the cheapest and the most expensive run over the log of a breakfast, most of whose worlds are not followed."""
+"""Climbs to the cheapest and the most expensive run over a breakfast log, most of whose worlds are not followed."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def climbed_ends(tree: RunTree, known: Bounds, *, max_segments: int) -> tuple[Le
     """The ends of a climb downwards and of one upwards.
 
     Args:
-        known: the bounds so far. The climbs start from their cheapest and most expensive ends; downwards, from the run
+        known: the bounds so far. The climbs start from their cheapest and most expensive ends; down, from the run
             in the world whose first open container holds all that matters, if that is cheaper.
         max_segments: of each climb.
     """
