@@ -3,7 +3,7 @@
 Every node of the run tree carries an interval for the cost from there on: exact at an end, an outer bound where the
 node is not expanded (lower_bound.py, upper_bound.py), and from its children otherwise. The search goes where the
 interval of the whole can still shrink: down the branch that could be cheapest, then down the one that could be most
-expensive. When the budget is spent, the remaining intervals are still bounds, and the result says which side is exact.
+expensive. When the budget is spent, the intervals are still bounds, and the result says which side is exact.
 
 Where beliefs follow all that is seen (run_tree.RunTree.certain), a run that goes by them is not followed beyond
 its first open container: what else lay there would have moved them, and nobody can list that. Its interval from
