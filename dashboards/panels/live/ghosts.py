@@ -17,9 +17,7 @@ HINTS = {
     "at most": "The cost in the most expensive such world; - where no bound is known.",
     "driven costs more": "The driven strategy's cost minus this one's, world by world.",
 }
-WIDE_TREE_NOTE = (
-    "~ : the tree of runs was too wide for the time; these bounds hold, and may be wider than what is known."
-)
+WIDE_TREE_NOTE = "~ : the tree of runs was too wide for the time; these bounds hold, but may be wider than necessary."
 
 
 def ghosts(report: GhostReport | None, colours: dict[str, Colour]) -> Markup:
