@@ -100,7 +100,7 @@ class RunRecorder:
         self._receipt_ns = receipt_ns
         self._sync_s, self._synced = sync_s, time.monotonic()
         moving = info.source != "spot" if motion is None else motion
-        self._narrator = ViewerMessages(place, task, paths=paths, motion=moving) if viewer else None
+        self._viewer_messages = ViewerMessages(place, task, paths=paths, motion=moving) if viewer else None
         start_ns = info.started.ns
         identity = info_to_metadata(info)
         clock = WORLD_CLOCK if receipt_ns is None else COMPUTER_CLOCK
@@ -115,8 +115,8 @@ class RunRecorder:
             self.sink.attach(name, "application/json", data, log_time=start_ns)
         if truth is not None:
             self._write_domain(self.sink, ground_truth(truth, start_ns))
-        if self._narrator is not None:
-            self._write_viewer(self.sink, self._narrator.opening(start_ns))
+        if self._viewer_messages is not None:
+            self._write_viewer(self.sink, self._viewer_messages.opening(start_ns))
         self.sync()
 
     @property
@@ -174,15 +174,15 @@ class RunRecorder:
 
     def _write(self, event: Event) -> None:
         """Write an event and its viewer messages by stamp: the poses of an action come before its end."""
-        narrated = () if self._narrator is None else tuple(self._narrator.tell(event))
+        viewer_messages = () if self._viewer_messages is None else tuple(self._viewer_messages.messages_for(event))
         if isinstance(event, ActionEnded):
-            self._write_viewer(self._files, narrated)
+            self._write_viewer(self._files, viewer_messages)
         for wire in to_wire(event):
             self._write_domain(self._files, wire)
             if isinstance(wire, Outcome):
                 self._files.describe(OUTCOME_METADATA, outcome_to_metadata(wire, event.decision))
         if not isinstance(event, ActionEnded):
-            self._write_viewer(self._files, narrated)
+            self._write_viewer(self._files, viewer_messages)
 
     def _write_domain(self, sink: Sink, event: DomainEvent) -> None:
         channel = json_channel(type(event), latched=isinstance(event, GroundTruth))

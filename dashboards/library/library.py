@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.library.run_table import NotRecorded, evaluation_in, log_rows, trial_rows
-from dashboards.model.replay_bounds import stored_beside
+from dashboards.model.replay_bounds import stored_bounds
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
 from dashboards.sensing.robot_sensors import RobotSensors, sensors_of
@@ -82,7 +82,7 @@ class Library:
         with self._lock:
             return self._timelines.get(index, lambda: self._timeline(index))
 
-    def await_logs(self, paths: Sequence[Path]) -> tuple[int, ...]:
+    def expect_logs(self, paths: Sequence[Path]) -> tuple[int, ...]:
         """Adds logs that do not exist yet; their indices."""
         first = len(self.paths)
         self.paths = (*self.paths, *paths)
@@ -90,7 +90,7 @@ class Library:
         self._awaited = self._awaited | frozenset(added)
         return added
 
-    def awaits(self, index: int) -> bool:
+    def is_expected(self, index: int) -> bool:
         """Whether a log that was added before it existed is still not there."""
         if index in self._awaited and self.paths[index].exists():
             self._awaited, self._rows = self._awaited - {index}, None
@@ -135,7 +135,7 @@ class Library:
         if self._rows is None:
             self._rows = trial_rows(self.trials, self.paths) if self.trials else []
             if not self.trials:
-                there = tuple(path for i, path in enumerate(self.paths) if not self.awaits(i))
+                there = tuple(path for i, path in enumerate(self.paths) if not self.is_expected(i))
                 self._rows, self.unreadable = log_rows(there, folder=self.folder)
         return self._rows
 
@@ -164,7 +164,7 @@ class Library:
 
         path = self.paths[index]
         added = self._growing[index].read() if index in self._growing else None
-        return timeline_of(added or read(path), counterfactual=stored_beside(path))
+        return timeline_of(added or read(path), counterfactual=stored_bounds(path))
 
     def _sensors(self, index: int) -> RobotSensors | None:
         began = time.monotonic()

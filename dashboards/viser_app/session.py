@@ -234,7 +234,7 @@ class Session:
         wanted = (state.runs, self._revision)
         if self._opened == wanted and self.clock.alignment == state.alignment:
             return
-        readable = [run for run in state.runs if not self.library.awaits(run) and self._can_read(run)]
+        readable = [run for run in state.runs if not self.library.is_expected(run) and self._can_read(run)]
         timelines = tuple(self.library.timeline(run) for run in readable)
         same = self._opened is not None and self._readable == tuple(readable)
         self._readable = tuple(readable)

@@ -293,7 +293,7 @@ class Controls:
     def _not_shown(self) -> int:
         """How many of the logs that can be opened are not on show."""
         library = self._session.library
-        there = sum(not library.awaits(index) for index in range(len(library.paths)))
+        there = sum(not library.is_expected(index) for index in range(len(library.paths)))
         return there - len(self._session.clock.timelines)
 
     def _status(self, stamp_ns: int) -> Markup:

@@ -36,7 +36,7 @@ from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.session.foxglove import map_from_odom
 from recorders.spot.tags.detections import TagSighting, place_on_map, robot_detections
 from recorders.spot.tags.item_places import ItemPlaces
-from recorders.spot.tags.pictures import counted, picture_detections, tag_sizes
+from recorders.spot.tags.pictures import picture_detections, relevant_detections, tag_sizes
 from workbench.errors import LiosError
 from workbench.log_schema.events import NANO
 from workbench.message_enum import Result
@@ -245,7 +245,7 @@ class SpotWorld:
             return None
         body = on_map(self.site, state.localization.seed_tform_body)
         odom = map_from_odom(body, state.robot_kinematics.transforms_snapshot)
-        return None if odom is None else place_on_map(counted(self.site, (*found, *ours)), odom)
+        return None if odom is None else place_on_map(relevant_detections(self.site, (*found, *ours)), odom)
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """The body pose on the map; None if the robot is not localised."""

@@ -36,9 +36,9 @@ from recorders.spot.session.topics import (
 )
 from recorders.spot.tags.detections import TagDetection, place_on_map, robot_detections
 from recorders.spot.tags.pictures import (
-    counted,
     detector_cameras,
     picture_detections,
+    relevant_detections,
     require_detector,
     tag_sizes,
 )
@@ -214,7 +214,7 @@ def _pictures(session: Session, known: _SharedState) -> None:
 def _tags(session: Session, known: _SharedState, found: Sequence[TagDetection]) -> None:
     """Log detections that are new, and tell the watch and viewers of those that count."""
     now, site = session.now_ns(), session.site
-    counting = counted(site, found)
+    counting = relevant_detections(site, found)
     placed = {id(one.detection): one for one in place_on_map(found, known.map_tform_odom)}
     for seen in found:
         key = (seen.detector.value, seen.camera, seen.tag)

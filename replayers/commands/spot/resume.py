@@ -27,7 +27,7 @@ from recorders.commands.spot.options import (
 from workbench.options import Force, Json, ServePort
 from workbench.parameters import Argument, Option
 
-DRIVEN_ANEW = "conditioned-lios"
+DEFAULT_STRATEGY = "conditioned-lios"
 """The strategy that goes on where an operator drove the robot."""
 
 
@@ -100,7 +100,7 @@ def resume(
     wanted = RobotRun(
         site=place,
         task=before.task,
-        strategy=strategy or (DRIVEN_ANEW if before.info.strategy == OPERATOR else before.info.strategy),
+        strategy=strategy or (DEFAULT_STRATEGY if before.info.strategy == OPERATOR else before.info.strategy),
         estimator=estimator or before.info.estimator.partition("@")[0],
         seed=before.info.seed,
         costs=before.costs,
