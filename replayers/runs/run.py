@@ -123,7 +123,7 @@ class Run:
             ("decisions", len(self.plans)),
             ("actions", len(self.actions)),
         ]
-        note = "" if self.complete else "The log stops short of its end."
+        note = "" if self.complete else "The log was cut off."
         return html_table(f"Run {self.path.name}", (), rows, note=note)
 
     def show(self, *others: Run, height_px: int = 640) -> None:
