@@ -241,6 +241,15 @@ class ReadLoss:
         if len(self.damages) < self.MANY:
             self.damages.append(damage)
 
+    @classmethod
+    def sum(cls, losses: Iterable[ReadLoss]) -> ReadLoss:
+        """What could not be read from several logs."""
+        total = cls()
+        for loss in losses:
+            total.damages += loss.damages[: cls.MANY - len(total.damages)]
+            total.count, total.messages = total.count + loss.count, total.messages + loss.messages
+        return total
+
     @property
     def any(self) -> bool:
         return self.count > 0 or self.messages > 0

@@ -56,7 +56,7 @@ class Damage(NamedTuple):
     Attributes:
         offset: byte offset of the record.
         what: description in words.
-        cut_off: the file merely ends early, as when a recorder was killed.
+        cut_off: nothing can be read after it: the file ends early, as when a recorder was killed, perhaps in zeros.
         opcode: opcode of the record, as far as it is known; -1 where there is none.
     """
 
@@ -157,8 +157,7 @@ def scan(
         again = found.end
         if again < 0:
             again = next_record(stream, resume if resume <= offset else offset + 1, limit, chunked=chunked)
-        cut_off = again < 0 and found.opcode != 0
-        on_damage(Damage(offset, found.damage, cut_off, -1 if found.record is not None else found.opcode))
+        on_damage(Damage(offset, found.damage, again < 0, -1 if found.record is not None else found.opcode))
         if found.record is not None:
             yield offset, found.record
         if again < 0:
