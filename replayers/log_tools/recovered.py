@@ -99,8 +99,8 @@ class Recovered:
         return self.lost is Lost.END and all(counts.get(t, 0) == self.kept.get(t, 0) for t in EVIDENCE_TOPICS)
 
     @property
-    def words(self) -> str:
-        """What was lost, as one clause; "" where nothing was, or where the copy does not say."""
+    def words(self) -> str | None:
+        """What was lost, as one clause; None where nothing was, or where the copy does not say."""
         at = "" if self.lost_at is None else f", at byte {self.lost_at}"
         if self.lost is Lost.END:
             return f"recovered from a log that was cut off: what came {Lost.END}{at}, is lost"
@@ -111,7 +111,7 @@ class Recovered:
             places = "1 damaged place" if self.damages == 1 else f"{self.damages} damaged places"
             first = "" if self.lost_at is None else f", the first at byte {self.lost_at}"
             return f"recovered from a log with {places}{first}{count}"
-        return ""
+        return None
 
 
 @final

@@ -63,7 +63,7 @@ def gaps_of(run: Run) -> Gaps:
     if damages:
         lost.append(damage_line(damages))
     if run.recovered is not None and run.recovered.lost is Lost.MIDDLE:
-        lost.append(run.recovered.words)
+        lost.append(run.recovered.words or run.recovered.lost)
     indexes = {action.index for action in run.actions}
     absent = sorted(set(range(1, max(indexes, default=0))) - indexes)
     if absent:
@@ -81,7 +81,7 @@ def gaps_of(run: Run) -> Gaps:
         lost.append(
             ", ".join(f"{count} of {topic}" for topic, count in messages.items()) + " missing by their numbers"
         )
-    not_looked = _first_looks_lost(run)
+    not_looked = _first_looks_lost(run, certain=not lost)
     if not_looked:
         lost.append(f"what was seen in {', '.join(sorted(not_looked)[:3])} is missing")
     start = _start_knowledge(run, certain=not lost)
@@ -170,8 +170,14 @@ def _ended_later(run: Run) -> bool:
     return simulated and run.outcome.own_cost - sum(action.cost for action in run.actions) > NEAR_COST
 
 
-def _first_looks_lost(run: Run) -> frozenset[str]:
-    """Containers that were searched, or picked from, before their first observation in the log."""
+def _first_looks_lost(run: Run, *, certain: bool) -> frozenset[str]:
+    """Containers that were searched, or picked from, before their first observation in the log.
+
+    Args:
+        certain: nothing else is missing: where the run is not simulated, a pick without a look is then one in a
+            container of which no look counts.
+    """
+    without_look = certain and run.info.source not in SIMULATED_SOURCES
     first_seen: dict[str, int] = {}
     for seen in run.observations:
         first_seen[seen.container] = min(seen.stamp.ns, first_seen.get(seen.container, seen.stamp.ns))
@@ -183,7 +189,11 @@ def _first_looks_lost(run: Run) -> frozenset[str]:
         and action.target in containers
         and (
             (action.action == "search" and not _observed_by(action.stamp.ns, first_seen.get(action.target)))
-            or (action.action == "pick" and not _observed_by(action.start.ns, first_seen.get(action.target)))
+            or (
+                action.action == "pick"
+                and not without_look
+                and not _observed_by(action.start.ns, first_seen.get(action.target))
+            )
         )
         and not (action.action == "search" and _ends_the_log(run, action))
     )
