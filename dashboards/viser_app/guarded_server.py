@@ -115,7 +115,7 @@ def _put_first(response: Response, script: str, pages: dict[bytes, bytes]) -> No
         script: JavaScript.
         pages: pages that were changed before, by Viser's body: it always answers with the same.
     """
-    given, packed = response.body, response.headers.get("Content-Encoding") == "gzip"
+    given, packed = bytes(response.body or b""), response.headers.get("Content-Encoding") == "gzip"
     if not script or not response.headers.get("Content-Type", "").startswith("text/html"):
         return
     if given not in pages:
