@@ -17,7 +17,7 @@ from typing import Any
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
 
-from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, pieces_at, profile_of
+from replayers.log_tools.copy_log import LogCopier, LogLayout, ReadLoss, pieces_at, profile_of
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from replayers.log_tools.multi_run import run_and_name
@@ -83,7 +83,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
         raise BadValue("output", str(output), "another file than the log itself")
     expected = summary.statistics.message_count if summary and summary.statistics else None
     loss = ReadLoss()
-    with Copier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
+    with LogCopier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
         done = _copy(source, copier, loss, progress)
         facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
         if expected is not None:
@@ -105,7 +105,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
     )
 
 
-def _copy(source: Path, copier: Copier, loss: ReadLoss, progress: Progress) -> dict[str, int]:
+def _copy(source: Path, copier: LogCopier, loss: ReadLoss, progress: Progress) -> dict[str, int]:
     """Copies and counts what is intact."""
     done = {"messages": 0, "attachments": 0, "metadata": 0}
     identity: dict[str, str] = {}

@@ -116,7 +116,7 @@ class Actors:
         self._actors: list[_Actor] = []
         self._groups: list[_Group] = []
 
-    def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
+    def set_runs(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
         """Creates as many actors as there are runs, in their colours.
 
         Args:
