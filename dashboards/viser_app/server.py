@@ -141,7 +141,7 @@ def _prepare(library: Library, state: ViewState) -> None:
     """Works out the first moment once, while a browser is still loading its page: loading and caches take a while."""
     for run in state.runs:
         with ViewErrors("getting ready").caught(library.paths[run].name, lambda _: None):
-            if not library.awaits(run):
+            if not library.is_expected(run):
                 timeline = library.timeline(run)
                 scene_at(timeline, timeline.start_ns, focus=state.focus)
 

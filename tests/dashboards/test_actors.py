@@ -86,7 +86,7 @@ def test_however_many_ghosts_are_four_objects_in_their_colours() -> None:
     stand = Stand()
     actors = Actors(stand)  # type: ignore[arg-type]
     for count in (2, 20):
-        actors.cast([(255, 0, 0), *[(0, 0, 255)] * (count - 1)], ["run"] * count, [True] * count)
+        actors.set_runs([(255, 0, 0), *[(0, 0, 255)] * (count - 1)], ["run"] * count, [True] * count)
         assert len(stand.nodes) == 8
     actors.show([scene_at(OURS, ns(8.0)), *[ghost] * 19], ())
     bodies, trails = stand.nodes["/runs/ghosts/bodies"], stand.nodes["/runs/ghosts/trails"]
@@ -101,7 +101,7 @@ def test_however_many_ghosts_are_four_objects_in_their_colours() -> None:
 def test_a_run_of_another_place_is_not_drawn() -> None:
     stand = Stand()
     actors = Actors(stand)  # type: ignore[arg-type]
-    actors.cast([(0, 0, 0), (9, 9, 9)], ["ours", "other"], [True, False])
+    actors.set_runs([(0, 0, 0), (9, 9, 9)], ["ours", "other"], [True, False])
     actors.show([scene_at(OURS, ns(8.0)), scene_at(OTHER, ns(8.0))], ())
     assert not stand.nodes["/runs/ghosts/bodies"].visible
     assert not stand.nodes["/runs/ghosts/trails"].visible
