@@ -106,14 +106,18 @@ def test_topics_whose_schema_cannot_be_parsed_are_skipped_and_told(
 
 
 @pytest.mark.ci_but(1)
-@pytest.mark.parametrize("options", [{"use_chunking": False}, {"index_types": 0}, {"use_statistics": False}])
+@pytest.mark.parametrize(
+    "options",
+    [{"use_chunking": False}, {"index_types": "NONE"}, {"index_types": "CHUNK"}, {"use_statistics": False}],
+    ids=["no chunks", "no indexes", "no message indexes", "no statistics"],
+)
 def test_neighbours_swapped_come_in_order_with_and_without_indexes(
     options: dict[str, Any], recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if "index_types" in options:
         from mcap.writer import IndexType
 
-        options = {"index_types": IndexType.NONE}
+        options = {"index_types": IndexType[options["index_types"]]}
     bag = rewritten(recorded, tmp_path / "a.mcap", arrange=swapped, **options)
     with open_bag(bag) as opened:
         stamps = [message.stamp_ns for message in opened.messages(opened.topics)]
