@@ -13,7 +13,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from replayers.importers.bags import EmptyBag, NotABag, Unclosed, open_bag
+from replayers.importers.bags import BagNotClosed, EmptyBag, NotABag, open_bag
 from replayers.importers.packed_files import Packed
 from replayers.runs.run import read
 from workbench.cli import run as lios
@@ -150,7 +150,7 @@ def test_a_killed_recording_gets_the_way_out_and_that_way_works(
     killed.parent.mkdir()
     whole = rewritten(recorded, tmp_path / "whole.mcap", chunk_size=2000).read_bytes()
     killed.write_bytes(whole[: len(whole) * 9 // 10])
-    with pytest.raises(Unclosed, match="lios recover"), open_bag(killed.parent):
+    with pytest.raises(BagNotClosed, match="lios recover"), open_bag(killed.parent):
         pass
     mended = tmp_path / "mended.mcap"
     assert lios(["recover", str(killed), "-o", str(mended)]) in (0, 3)
