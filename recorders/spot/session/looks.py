@@ -1,19 +1,18 @@
-"""Looks of a driven robot: when standing at a container is another look into it, and what supports a look."""
+"""Looks of a driven robot: when standing at a container is another look into it, and how it was made."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import atan2, hypot
-from typing import Protocol, final
+from typing import final
 
 from workbench.execution.events import LookMade
 from workbench.execution.further_looks import how_looked
 from workbench.log_schema.events import NANO
-from workbench.message_enum import MessageEnum, Result
 from workbench.planning.tasks import Task
 from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import Container, ContainerId, Item, LocationId
+from workbench.worlds.house import Container, Item
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import Perception
 from workbench.worlds.world import LookResult
@@ -22,33 +21,6 @@ DWELL_S, LOOK_S = 2.0, 4.0
 """Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
 SAME_VIEWPOINT_M = 0.25
 """Within this many metres of an earlier look, a robot looks from the same viewpoint."""
-
-
-class LookFinding(MessageEnum):
-    """Whether what was recorded supports a look, and if not, why the look is inconclusive."""
-
-    SUPPORTED = ""
-    NOTHING_DETECTS = "nothing in the bag detects tags"
-    ROBOT_ELSEWHERE = "the robot was localised elsewhere"
-    NOT_PLACED = "detections could not be placed: {reason}"
-    FRAME_APART = "tags are detected in {frame}, which does not lead to {map_frame}"
-    MAY_BE_SHUT = "it is closed furniture, nothing was seen in it, and nobody said that it was opened"
-
-
-class LookJudge(Protocol):
-    """Judges whether a look is supported by what was recorded."""
-
-    def judge(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> Result[LookFinding]: ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InconclusiveLook:
-    """A look that counts as not looked, because the recording does not support what it seems to have seen."""
-
-    container: ContainerId
-    start_ns: int
-    end_ns: int
-    reason: str
 
 
 @final
