@@ -369,7 +369,7 @@ def _verify(logs: list[Path], strategy_name: str, *, json: bool) -> None:
             if answer.stopped:
                 end = f" (the run was stopped: {answer.stopped}; what was recorded until then was compared)"
             if answer.divergence is None:
-                emit_text(f"{log}: {answer.strategy} again, {answer.decisions} decisions the same{end}")
+                emit_text(f"{log}: {answer.strategy} again, {counted(answer.decisions, 'decision')} the same{end}")
             else:
                 d = answer.divergence
                 emit_text(

@@ -152,7 +152,9 @@ class SpotWorld:
         start_ns = self.now_ns()
         if not self._stands_open(container):
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
-        seen = look_around(self, start_ns, localized=self._localize())
+        localized = self._localize()
+        start_ns = self.now_ns()  # opening and localising may have taken longer than a look
+        seen = look_around(self, start_ns, localized=localized)
         if self.requests.take_skip():
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=SKIPPED)
         if seen is None:
