@@ -2,7 +2,7 @@
 
 There are three families. Runs have hues, most of them those of Okabe and Ito ("Color Universal Design", 2008), but
 not green and yellow. Findings (seen, goal) have those two, greys, and a dark red for failures. Phases are one slate
-hue, told apart by lightness. Beliefs have a scale of their own in workbench/belief_colours.py.
+hue, distinguished by lightness. Beliefs have their own scale in workbench/belief_colours.py.
 """
 
 from __future__ import annotations

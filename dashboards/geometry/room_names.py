@@ -1,4 +1,4 @@
-"""Where the names of rooms stand in a picture: on their own floor, not behind a wall, and beside other labels."""
+"""Placement of room names in a picture: on their own floor, not behind a wall, and beside other labels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a log makes certain about its place, and what it leaves open: the basis of every counterfactual.
+"""Evidence of a log about its place, certain and open: the basis of every counterfactual.
 
 Certain are the contents, at the start of the run, of containers that were known or searched; the map and the travel
 costs; and which actions were refused. Open are the other containers that can be reached: every assignment of contents

@@ -97,7 +97,7 @@ class PreparedLog:
 
     Attributes:
         evidence: what the log makes certain.
-        estimator, static_beliefs: who believes, and whether it goes by names alone (logged_belief.py).
+        estimator, static_beliefs: who believes, and whether it uses names alone (logged_belief.py).
         worlds: drawn once for all strategies, so that comparisons are paired.
         truth: the recorded truth, where it may be used.
         recorded: the end of the recorded run; None where the log is cut off before it.

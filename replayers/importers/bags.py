@@ -52,7 +52,7 @@ class NotABag(Malformed):
         )
 
 
-class Unclosed(Malformed):
+class BagNotClosed(Malformed):
     """An MCAP file whose recorder was killed."""
 
     def __init__(self, path: Path) -> None:
@@ -89,7 +89,7 @@ class UndecodableTopic(Malformed):
         short = " ".join(reason.split())[:160].rstrip(".")
         super().__init__(
             f"{path}: a message of {topic} cannot be decoded ({short}). "
-            "Leave the topic out of the mapping, or record it anew."
+            "Leave the topic out of the mapping, or record it again."
         )
 
 
@@ -230,7 +230,7 @@ def open_bag(path: Path) -> Generator[Bag]:
         except CutOffMcap as error:
             file = Path(str(error))
             packed = path / f"{file.name}.zstd"
-            raise Unclosed(file if file.parent == path or not packed.exists() else packed) from error
+            raise BagNotClosed(file if file.parent == path or not packed.exists() else packed) from error
         except (
             AnyReaderError,
             OSError,

@@ -1,4 +1,4 @@
-"""Whether a bag supports what a look seems to have seen: detections placed on the map while the robot stood there."""
+"""The support of a look by a bag: detections placed on the map while the robot stood there."""
 
 from __future__ import annotations
 

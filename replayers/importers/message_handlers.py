@@ -28,7 +28,7 @@ from replayers.importers.frames import FrameBuffer, plain, quaternion_of
 from replayers.importers.look_support import LookSupport
 from replayers.importers.mapping import Mapping
 from replayers.importers.pictures import calibration, compressed, occupancy, packed, turn_of
-from replayers.importers.retrospective_plans import AfterTheFact
+from replayers.importers.retrospective_plans import RetrospectivePlanner
 from replayers.importers.tag_scene import tag_scene
 from workbench.arrays import Floats
 from workbench.execution.events import Event, RunEnded
@@ -56,7 +56,7 @@ class BagDerivation:
     site: Site
     mapping: Mapping
     recorder: RunRecorder
-    thinker: AfterTheFact
+    thinker: RetrospectivePlanner
     task: Task
     given_moves: bool
     survey: BagSurvey

@@ -42,7 +42,7 @@ class CutOffPacked(Malformed):
         )
 
 
-class NoRoomToUnpack(Malformed):
+class NoSpaceToUnpack(Malformed):
     """A compressed file that takes more room than the disk of temporary files has."""
 
     def __init__(self, path: Path, takes: int, folder: Path, free: int) -> None:
@@ -74,7 +74,7 @@ def unpack_file(packed: Path, plain: Path) -> None:
         raise
     if takes > room:
         plain.unlink()
-        raise NoRoomToUnpack(packed, takes, plain.parent.parent, max(0, room) + KEEP_FREE_BYTES)
+        raise NoSpaceToUnpack(packed, takes, plain.parent.parent, max(0, room) + KEEP_FREE_BYTES)
 
 
 def _declared_bytes(packed: Path) -> int:

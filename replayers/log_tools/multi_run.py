@@ -18,7 +18,7 @@ from mcap.records import Attachment, Channel, Metadata
 
 from recorders.mcap_io.file import part_path, remove_parts
 from recorders.sinks.files import PART_METADATA
-from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, contents, profile_of
+from replayers.log_tools.copy_log import LogCopier, LogLayout, ReadLoss, contents, profile_of
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import metadata
 from workbench.errors import BadValue, MalformedFile
@@ -55,11 +55,11 @@ class SeveralRuns(MalformedFile):
 
     def __init__(self, path: Path) -> None:
         super().__init__(
-            path, "it holds several runs", f"Take them apart first: lios log split {path} -o runs/run.mcap --by run"
+            path, "it holds several runs", f"Split them first: lios log split {path} -o runs/run.mcap --by run"
         )
 
 
-class HoldsNoRun(MalformedFile):
+class NoRunInLog(MalformedFile):
     """An MCAP file that no run was recorded to."""
 
     def __init__(self, path: Path, lacks: str) -> None:
@@ -70,7 +70,7 @@ class AlreadySeveralRuns(BadValue):
     """A log to merge that is itself of several runs."""
 
     def __init__(self, path: Path) -> None:
-        super().__init__("a log to merge", str(path), "one of one run; take it apart first: lios log split --by run")
+        super().__init__("a log to merge", str(path), "a log of one run; split it first: lios log split --by run")
 
 
 def member_name(name: str, run: int) -> str:
@@ -177,7 +177,7 @@ class _RunFiles:
     profile: str
     files: ExitStack = field(default_factory=ExitStack)
     paths: list[Path] = field(default_factory=list)
-    _copiers: dict[int, Copier] = field(default_factory=dict)
+    _copiers: dict[int, LogCopier] = field(default_factory=dict)
     _of_no_run: list[Attachment | Metadata] = field(default_factory=list)
 
     def put(self, part: Part) -> None:
@@ -203,14 +203,14 @@ class _RunFiles:
 
     def _open(self, run: int) -> None:
         path = part_path(self.output, len(self.paths))
-        copier = self.files.enter_context(Copier(path, self.style, profile=self.profile))
+        copier = self.files.enter_context(LogCopier(path, self.style, profile=self.profile))
         self._copiers[run] = copier
         self.paths.append(path)
         for part in self._of_no_run:
             _copy(copier, part)
 
 
-def _copy(copier: Copier, part: Part) -> None:
+def _copy(copier: LogCopier, part: Part) -> None:
     if isinstance(part, Message):
         copier.copy(part)
     elif isinstance(part, Attachment):

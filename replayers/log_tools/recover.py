@@ -17,7 +17,7 @@ from typing import Any
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
 
-from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, pieces_at, profile_of
+from replayers.log_tools.copy_log import LogCopier, LogLayout, ReadLoss, pieces_at, profile_of
 from replayers.log_tools.multi_run import run_and_name
 from replayers.log_tools.read_ahead import read_ahead
 from replayers.log_tools.recovered import SourceLoss
@@ -83,7 +83,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
     expected = summary.statistics.message_count if summary and summary.statistics else None
     loss = ReadLoss()
     lost = SourceLoss(name=source.name, loss=loss, expected=expected)
-    with Copier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
+    with LogCopier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
         done = _copy(source, copier, lost, progress)
         for name, facts in lost.records(always=True):
             copier.writer.add_metadata(name, facts)
@@ -101,7 +101,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
     )
 
 
-def _copy(source: Path, copier: Copier, lost: SourceLoss, progress: Progress) -> dict[str, int]:
+def _copy(source: Path, copier: LogCopier, lost: SourceLoss, progress: Progress) -> dict[str, int]:
     """Copies and counts what is intact."""
     loss = lost.loss
     done = {"messages": 0, "attachments": 0, "metadata": 0}

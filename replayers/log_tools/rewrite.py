@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from mcap.records import Attachment, Channel, Header, Metadata, Schema
 
 from recorders.sinks.files import PART_METADATA, REPEATED
-from replayers.log_tools.copy_log import Copier, LogLayout, Part, ReadLoss, pieces, profile_of
+from replayers.log_tools.copy_log import LogCopier, LogLayout, Part, ReadLoss, pieces, profile_of
 from replayers.log_tools.merge_order import by_time
 from replayers.log_tools.multi_run import RunMarker, member_name, runs_of, split_by_run
 from replayers.log_tools.recovered import SourceLoss, missing_parts, records_of
@@ -57,7 +57,7 @@ class MixedRuns(Malformed):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rewritten:
+class RewriteReport:
     """The result of rewriting logs.
 
     Attributes:
@@ -122,7 +122,7 @@ def filtered(
     progress: Progress = iter,
     *,
     change: Change | None = None,
-) -> Rewritten:
+) -> RewriteReport:
     """Copies the wanted messages of a log: whole chunks as they stand where the layout allows it and all is wanted.
 
     Chunks that, by the index, hold nothing that is wanted are not read.
@@ -134,19 +134,19 @@ def filtered(
     require_distinct_output([source], output)
     jumps, dropped = _unwanted_chunks(source, wanted)
     lost = SourceLoss(name=source.name, loss=loss)
-    with Copier(output, style, profile=profile_of(source)) as copier:
+    with LogCopier(output, style, profile=profile_of(source)) as copier:
         for piece in progress(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change, lost)):
             size = len(piece.places) if isinstance(piece, WholeChunk) else 1
             taken = _copy_wanted(piece, copier, wanted, change)
             kept, dropped = kept + taken, dropped + size - taken
         for name, facts in lost.records() if wanted.metadata else ():
             copier.writer.add_metadata(name, facts)
-    return Rewritten(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
+    return RewriteReport(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
 
 
 def _stream_pieces(
     found: Iterator[Part | WholeChunk],
-    copier: Copier,
+    copier: LogCopier,
     wanted: MessageFilter,
     change: Change | None,
     lost: SourceLoss,
@@ -163,7 +163,7 @@ def _stream_pieces(
             copier.describe(part)
 
 
-def _copy_wanted(piece: Piece, copier: Copier, wanted: MessageFilter, change: Change | None) -> int:
+def _copy_wanted(piece: Piece, copier: LogCopier, wanted: MessageFilter, change: Change | None) -> int:
     """Copies what is wanted; returns how many messages it is."""
     if isinstance(piece, Message):
         return _copy_changed(piece, copier, change) if wanted.message(piece) else 0
@@ -177,7 +177,7 @@ def _copy_wanted(piece: Piece, copier: Copier, wanted: MessageFilter, change: Ch
     )
 
 
-def _copy_changed(message: Message, copier: Copier, change: Change | None) -> int:
+def _copy_changed(message: Message, copier: LogCopier, change: Change | None) -> int:
     if change is not None and change.concerns(message.channel, message.schema):
         changed = change.changed(message)
         if changed is None:
@@ -215,7 +215,7 @@ def merge_logs(
     several_runs: bool = False,
     allow_duplicates: bool = False,
     progress: Progress = iter,
-) -> Rewritten:
+) -> RewriteReport:
     """Merges several logs into one, by log time. Equal attachments, metadata and channels become one.
 
     Parts of a split log become the original log again: what later parts only repeat is left out.
@@ -232,7 +232,7 @@ def merge_logs(
     count, missing = 0, set[int]()
     runs = runs_of(sources) if several_runs else [None] * len(sources)
     lost = [SourceLoss(name=source.name, loss=ReadLoss()) for source in sources]
-    with Copier(output, style, profile=_common_profile(sources)) as copier:
+    with LogCopier(output, style, profile=_common_profile(sources)) as copier:
         arounds = {run: _AttachmentCopier(copier, allow_duplicates, run) for run in runs}
         copier.reserve(sources)
         given = zip(sources, lost, runs, strict=True)
@@ -244,7 +244,7 @@ def merge_logs(
             missing |= set(missing_parts(of_run))
             for name, facts in records_of(of_run, joined=True):
                 copier.writer.add_metadata(name if run is None else member_name(name, run), facts)
-    return Rewritten(
+    return RewriteReport(
         outputs=(output,),
         messages=count,
         dropped=sum(around.repeated for around in arounds.values()),
@@ -262,7 +262,7 @@ def split_log(
     part_bytes: int | None = None,
     by_run: bool = False,
     progress: Progress = iter,
-) -> Rewritten:
+) -> RewriteReport:
     """Splits a log into parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ...
 
     With force, the surplus parts of an earlier, longer split of that name are removed.
@@ -280,19 +280,19 @@ def split_log(
         if part_s is not None or part_bytes is not None:
             raise BadValue("which of --by run, --every and --size", "several", "one")
         paths, count = split_by_run(source, output, style, SourceLoss(name=source.name, loss=loss), progress)
-        return Rewritten(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
+        return RewriteReport(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
     with LogSplitter(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
         for message in progress(parts.messages(loss)):
             parts.copy(message)
             count += 1
-    return Rewritten(outputs=tuple(parts.paths), messages=count, dropped=0, loss=loss)
+    return RewriteReport(outputs=tuple(parts.paths), messages=count, dropped=0, loss=loss)
 
 
 @dataclass(slots=True)
 class _AttachmentCopier:
     """Attachments and metadata of several logs as they are copied into one."""
 
-    copier: Copier
+    copier: LogCopier
     allow_duplicates: bool
     run: int | None
     seen: dict[tuple[str, str], set[bytes]] = field(default_factory=dict)

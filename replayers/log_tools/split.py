@@ -14,7 +14,7 @@ from mcap.records import Attachment, Channel, Metadata
 from recorders.foxglove.channels import LATCHED
 from recorders.mcap_io.file import part_path, remove_parts
 from recorders.sinks.files import PART_METADATA, REPEATED
-from replayers.log_tools.copy_log import ChannelKey, Copier, LogLayout, ReadLoss, channel_key, contents, profile_of
+from replayers.log_tools.copy_log import ChannelKey, LogCopier, LogLayout, ReadLoss, channel_key, contents, profile_of
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.multi_run import run_of
 from replayers.log_tools.recovered import EVIDENCE_TOPICS, SourceLoss
@@ -48,7 +48,7 @@ class LogSplitter:
         self._standing: dict[ChannelKey, Message] = {}
         self._first_ns: int | None = None
         self.paths: list[Path] = []
-        self._finished: list[Copier] = []
+        self._finished: list[LogCopier] = []
         self._counts: dict[int | None, Counter[str]] = {}
         self._copier = self._open()
 
@@ -115,9 +115,9 @@ class LogSplitter:
         elif part.name != PART_METADATA:
             self._copier.describe(part)
 
-    def _open(self) -> Copier:
+    def _open(self) -> LogCopier:
         path = part_path(self._output, len(self.paths))
-        copier = Copier(path, self._style, profile=self._profile)
+        copier = LogCopier(path, self._style, profile=self._profile)
         before = shown(self.paths[-1].name) if self.paths else ""
         copier.writer.add_metadata(PART_METADATA, {"part": str(len(self.paths)), "before": before})
         self.paths.append(path)

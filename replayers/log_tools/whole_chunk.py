@@ -1,4 +1,4 @@
-"""Intact chunks of a log, which can be copied as they stand: their messages are known without being copied."""
+"""Intact chunks of a log, which can be copied as they are: their messages are known without decoding."""
 
 from __future__ import annotations
 

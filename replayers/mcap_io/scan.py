@@ -100,7 +100,9 @@ def _remote(path: RemotePath) -> BinaryIO:
 def _local(path: Path) -> BinaryIO:
     try:
         if not S_ISREG(mode := os.stat(path).st_mode) and not S_ISDIR(mode):
-            raise MalformedFile(path, "it is no regular file", "Write it to one first: a log is read back and forth")
+            raise MalformedFile(
+                path, "it is not a regular file", "Write it to one first: a log is read back and forth"
+            )
         return open(path, "rb")
     except (FileNotFoundError, NotADirectoryError):
         raise FileMissing(path) from None

@@ -1,4 +1,4 @@
-"""What is missing from a run: damaged places, gaps in action indexes and decision numbers, lost observations.
+"""Gaps in a run: damaged places, missing action indexes and decision numbers, lost observations.
 
 A run numbers its actions and decisions from 1 without a gap, observes each container that it searches, and believes
 at its first decision about every container that it did not know at the start; its recorder numbers the messages of
@@ -114,7 +114,7 @@ def losses_of_logs(paths: Iterable[Path]) -> dict[str, tuple[str, ...]]:
         try:
             found |= losses([read(path)])
         except LiosError:
-            continue  # whoever uses the log tells why
+            continue  # using the log says why
     return found
 
 

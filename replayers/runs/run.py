@@ -19,7 +19,7 @@ from mcap.records import Attachment, DataEnd, Metadata
 
 from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.log_paths import shown
-from replayers.log_tools.multi_run import HoldsNoRun, SeveralRuns, run_and_name
+from replayers.log_tools.multi_run import NoRunInLog, SeveralRuns, run_and_name
 from replayers.log_tools.recovered import RECOVERED_METADATA, Recovered
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.reader import wanted_chunks
@@ -126,7 +126,7 @@ class Run:
             ("decisions", len(self.plans)),
             ("actions", len(self.actions)),
         ]
-        note = "" if self.complete else "The log stops short of its end."
+        note = "" if self.complete else "The log was cut off."
         return html_table(f"Run {self.path.name}", (), rows, note=note)
 
     def show(self, *others: Run, height_px: int = 640) -> None:
@@ -311,7 +311,7 @@ class RunBuilder:
         if self.info is None:
             if self.several:
                 raise SeveralRuns(self.path)
-            raise HoldsNoRun(self.path, f"metadata {INFO_METADATA}")
+            raise NoRunInLog(self.path, f"metadata {INFO_METADATA}")
         settings = settings_from_json(self._attachment(SETTINGS_ATTACHMENT))
         outcome = self._last(Outcome)
         return Run(
@@ -344,7 +344,7 @@ class RunBuilder:
 
     def _attachment(self, name: str) -> bytes:
         if name not in self.attachments:
-            raise HoldsNoRun(self.path, f"attachment {name}")
+            raise NoRunInLog(self.path, f"attachment {name}")
         return self.attachments[name]
 
     def _all(self, cls: type[Wire]) -> tuple[Wire, ...]:

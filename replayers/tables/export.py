@@ -19,7 +19,7 @@ import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
 from recorders.mcap_io.file import CannotCreate
-from replayers.log_tools.copy_log import NoRoom
+from replayers.log_tools.copy_log import NoDiskSpace
 from replayers.tables.frames import LogSource, Problem, Tables
 from replayers.tables.schemas import SCHEMAS
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
@@ -121,7 +121,7 @@ def export(
         for made in sorted(draft.iterdir()):
             _replace(made, folder / made.name)
     except OSError as error:
-        raise NoRoom(folder, os.strerror(error.errno) if error.errno else str(error)) from error
+        raise NoDiskSpace(folder, os.strerror(error.errno) if error.errno else str(error)) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
         if not there_before and folder.is_dir() and not any(folder.iterdir()):

@@ -35,7 +35,7 @@ class Stand:
 def named(second: float, *, runs: int = 2, here: bool = True, numbered: tuple[tuple[float, float], ...] = ()) -> list:
     stand = Stand()
     actors = Actors(stand)  # type: ignore[arg-type]
-    actors.cast([(0, 0, 0), (9, 9, 9)][:runs], ["ours", "other"][:runs], [True, here][:runs])
+    actors.set_runs([(0, 0, 0), (9, 9, 9)][:runs], ["ours", "other"][:runs], [True, here][:runs])
     actors.show([scene_at(OURS, ns(second)), scene_at(OTHER, ns(second))][:runs], numbered)
     return [label.text for label in stand.labels if label.visible]
 
@@ -55,7 +55,7 @@ def test_ghosts_that_stand_together_share_a_tag() -> None:
     ghost = scene_at(OTHER, ns(8.0))
     stand = Stand()
     actors = Actors(stand)  # type: ignore[arg-type]
-    actors.cast([(0, 0, 0)] * 5, ["ours", "a", "b", "c", "d"], [True] * 5)
+    actors.set_runs([(0, 0, 0)] * 5, ["ours", "a", "b", "c", "d"], [True] * 5)
     actors.show([scene_at(OURS, ns(8.0)), ghost, ghost, ghost, ghost], ())
     assert [label.text for label in stand.labels if label.visible] == ["ours", "a, b, c ..."]
     actors.show([scene_at(OURS, ns(8.0)), ghost, scene_at(OURS, ns(8.0)), ghost, ghost], ())

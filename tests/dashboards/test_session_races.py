@@ -213,7 +213,7 @@ def test_a_camera_that_moves_while_the_view_settles_settles_anew(monkeypatch: py
 
     def settle(of: Session) -> None:
         settled.append(len(settled))
-        of.stop() if len(settled) == 2 else of.stir()
+        of.stop() if len(settled) == 2 else of.mark_unsettled()
 
     made.settlers.append(settle)
     made._thread.start()

@@ -1,4 +1,4 @@
-"""Reads files at addresses by ranges: small steps where a reader jumps about, longer ones where it goes on."""
+"""Reads files at addresses by ranges: small requests for random access, larger ones for sequential reading."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import io
 from typing import Any, final
 
 from workbench.caches import Cache
-from workbench.remote.errors import BrokenOff, NoRanges, Unreachable, in_words, outside_errors
+from workbench.remote.errors import RangesUnsupported, TransferInterrupted, Unreachable, in_words, outside_errors
 from workbench.remote.path import RemotePath
 
 BLOCK_BYTES = 16 << 10
@@ -30,7 +30,7 @@ def open_remote(path: RemotePath) -> RemoteFile:
         source = files.open(str(path), "rb", block_size=BLOCK_BYTES, cache_type="none")
         if not source.seekable():
             source.close()
-            raise NoRanges(path)
+            raise RangesUnsupported(path)
     except outside_errors() as error:
         raise in_words(error, path) from error
     return RemoteFile(source, path)
@@ -132,11 +132,11 @@ class RemoteFile(io.BufferedIOBase):
                 if not isinstance(explained, Unreachable):
                     raise explained from error
                 if last_try:
-                    raise BrokenOff(self._path, start) from error
+                    raise TransferInterrupted(self._path, start) from error
             else:
                 if len(data) == end - start:
                     return data
-        raise BrokenOff(self._path, start)
+        raise TransferInterrupted(self._path, start)
 
 
 def _size_of(source: Any, path: RemotePath) -> int:

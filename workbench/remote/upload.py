@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from workbench.errors import BadValue, FileMissing, OutputExists
-from workbench.remote.errors import BrokenOff, NotWritable, in_words, outside_errors
+from workbench.remote.errors import NotWritable, TransferInterrupted, in_words, outside_errors
 from workbench.remote.path import WEB, RemotePath, path_of
 from workbench.terminal import counted, say
 
@@ -23,9 +23,9 @@ def upload_target(address: str) -> RemotePath:
     """
     path = path_of(address)
     if not isinstance(path, RemotePath):
-        raise NotWritable(address, "this is a path of this machine")
+        raise NotWritable(address, "this is a local path")
     if path.protocol in WEB:
-        raise NotWritable(address, "nothing is sent to web addresses")
+        raise NotWritable(address, "web addresses cannot be written to")
     path.filesystem()
     return path
 
@@ -63,7 +63,7 @@ def upload(
         except outside_errors() as error:
             raise in_words(error, there) from error
         if size != local.stat().st_size:
-            raise BrokenOff(there, int(size or 0))
+            raise TransferInterrupted(there, int(size or 0))
         yield there
 
 

@@ -67,7 +67,7 @@ class Actors:
         self._scene = scene
         self._actors: list[_RobotActor] = []
 
-    def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
+    def set_runs(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
         """Creates as many actors as there are runs, in their colours.
 
         Args:

@@ -119,13 +119,13 @@ class Stage:
                 if label.visible != (place is not None):
                     label.visible = place is not None
 
-    def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
+    def set_runs(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
         """Creates as many actors as there are runs, in their colours; the first is in focus.
 
         Args:
             here: for each run, whether it is of the place that is shown; others are not drawn.
         """
-        self._actors.cast(colours, names, here)
+        self._actors.set_runs(colours, names, here)
 
     def show(self, scenes: Sequence[Scene], unopened: Bools, *, bars: bool = True, orders: bool = True) -> None:
         """Shows one moment: beliefs and marks of the first scene, robots and paths of all.
@@ -148,7 +148,7 @@ class Stage:
 
     def clear(self) -> None:
         """Removes everything of the house and its runs."""
-        self._actors.cast([], [], [])
+        self._actors.set_runs([], [], [])
         if self._marks is not None:
             self._marks.remove()
         if self._items is not None:
