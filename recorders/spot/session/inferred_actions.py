@@ -79,7 +79,7 @@ class ActionDeriver:
     _places: ItemPlaces = field(init=False)
     _holds: bool = False
     _looks: LooksOfVisit = field(default_factory=LooksOfVisit)
-    _unknown_in_hand: bool = False
+    _unknown_from: tuple[LocationId, int] | None = None
     _unknown_put: set[LocationId] = field(default_factory=set[LocationId])
     _doubted_on: tuple[LocationId, int] | None = None
     _opened_on: tuple[LocationId, int] | None = None
@@ -169,11 +169,10 @@ class ActionDeriver:
                 return
             at, here = self.knowledge.robot_at, self.knowledge.items_at.get(self.knowledge.robot_at, ())
             item = self._nearest_of(here)
-            if item is None:
-                item = self._seen_without_look()
-                self._unknown_in_hand = item is None
-                if item is None:
-                    return
+            if item is None and (item := self._seen_without_look()) is None:
+                self._unknown_from = (at, self.visits)
+                return
+            if item not in here:
                 there = {**self.knowledge.items_at, at: (*here, item)}
                 self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
             step = PlanStep(action="pick", origin=at, target=at, item_types=(item.type,), items=(item.id,))
@@ -189,9 +188,9 @@ class ActionDeriver:
             self._arrive_at_hand()
             held, at = self.knowledge.holding, self.knowledge.robot_at
             if held is None:
-                if self._unknown_in_hand:
-                    self._unknown_in_hand = False
+                if self._unknown_from not in (None, (at, self.visits)):  # not a door's handle that was let go
                     self._unknown_put.add(at)
+                self._unknown_from = None
                 return
             step = PlanStep(action="place", origin=at, target=at, item_types=(held.type,), items=(held.id,))
             self._act(step, start_ns, end_ns, cost=self.costs.manipulation)
@@ -316,7 +315,8 @@ class ActionDeriver:
         return True
 
     def _may_be_carried(self, container: Container) -> bool:
-        unknown = self._unknown_in_hand or self.knowledge.robot_at in self._unknown_put
+        at, came_from = self.knowledge.robot_at, self._unknown_from
+        unknown = came_from not in (None, (at, self.visits)) or at in self._unknown_put
         return unknown and any(self._items_in(container, since_ns=self._still_ns))
 
     def _may_be_shut(self, container: Container) -> bool:

@@ -303,3 +303,18 @@ def test_what_was_picked_up_unseen_makes_the_look_inconclusive_where_it_is_put_d
         "picked up again, it did not stand on the bed at the start either"
     )
     assert [e.container for e in trip.events if isinstance(e, ContainerObserved)] == ["desk"]
+
+
+def test_a_handle_that_is_grasped_and_let_go_leaves_the_look_as_it_is(home: Site) -> None:
+    """What is held and let go during one visit came from nowhere else."""
+    trip = Trip(home)
+    trip.walk("couch")
+    trip.stand(0.6)
+    trip.derived.holding(trip.ns, True)
+    trip.stand(0.6)
+    trip.derived.holding(trip.ns, False)
+    trip.stand(6, (102, (15.2, 4.3, 0.5)))
+    trip.derived.end()
+    seen = {e.container: e.items for e in trip.events if isinstance(e, ContainerObserved)}
+    assert seen == {"couch": (home.tags[102],)}
+    assert trip.derived.inconclusive == []
