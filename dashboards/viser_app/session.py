@@ -79,10 +79,13 @@ class Session:
         self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
 
     def start(self) -> None:
-        self.stage.light()
-        self.client.scene.on_click()(self._clicked)
-        self.camera.begin()
-        self._run_safely(lambda: self._open(self.state))
+        """Shows the first moment, in one message, and then whatever is asked for."""
+        with self.client.atomic():
+            self.stage.light()
+            self.client.scene.on_click()(self._clicked)
+            self.camera.begin()
+            self._run_safely(self._show)
+        self.client.flush()
         self._thread.start()
 
     def stop(self) -> None:
@@ -347,13 +350,15 @@ class Session:
         self.stage.show_occupancy(state.occupancy or not self.clock.timelines[0].run.place.plan.walls)
         stamps = self.clock.stamps(state.at)
         scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
-        self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
-        self.stage.show_items(self._items(scenes[0]))
+        with self.client.atomic():  # one message: the browser draws the moment once, not part by part
+            self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
+            self.stage.show_items(self._items(scenes[0]))
+            self.sensors.show(
+                scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
+            )
+            if state.follow:
+                look(self.client, behind(scenes[0].robot))
+            for watcher in self.watchers:
+                watcher(self, scenes)
+        self.client.flush()
         self._show_room_names()
-        self.sensors.show(
-            scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
-        )
-        if state.follow:
-            look(self.client, behind(scenes[0].robot))
-        for watcher in self.watchers:
-            watcher(self, scenes)

@@ -65,7 +65,7 @@ class LogCopier:
     Raises:
         OutputExists: the output exists, and the style does not allow replacing it.
         CannotCreate, WrongKind: no file can be created there.
-        NoRoom: from the end of the context.
+        NoDiskSpace: from the end of the context.
     """
 
     def __init__(self, path: Path | str, style: LogLayout, *, profile: str = "") -> None:

@@ -71,7 +71,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
 
     Raises:
         FileMissing, NoMcap: there is nothing to read.
-        OutputExists, CannotCreate, NoRoom: the output cannot be written; no partial file is left.
+        OutputExists, CannotCreate, NoDiskSpace: the output cannot be written; no partial file is left.
         BadValue: output and source are the same file.
     """
     source, output = path_of(source), Path(output)

@@ -79,7 +79,7 @@ def open_log(path: Path | str) -> BinaryIO:
 
     Raises:
         FileMissing, NoMcap, MalformedFile: no such file, not an MCAP file, or it cannot be opened.
-        NoCredentials, NoRanges, Unreachable: of one at an address.
+        NoCredentials, RangesUnsupported, Unreachable: of one at an address.
     """
     path = path_of(path)
     stream = _remote(path) if isinstance(path, RemotePath) else _local(path)

@@ -205,7 +205,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
     Raises:
         FileMissing, NoMcap: no file, or no MCAP file.
         SeveralRuns: several runs in one file.
-        HoldsNoRun: an MCAP file without a run's identity, place or task.
+        NoRunInLog: an MCAP file without a run's identity, place or task.
         UndecodableMessage: a message inside an intact chunk that is not what its topic says.
         NewerSchema: recorded by a later release.
     """
@@ -306,7 +306,7 @@ class RunBuilder:
 
         Raises:
             SeveralRuns: several runs in one file.
-            HoldsNoRun: the run's identity, place or task is not in it.
+            NoRunInLog: the run's identity, place or task is not in it.
         """
         if self.info is None:
             if self.several:
