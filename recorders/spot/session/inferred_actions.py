@@ -78,8 +78,8 @@ class ActionDeriver:
     _tags_here: dict[ItemId, deque[tuple[int, Position]]] = field(default_factory=dict)
     _places: ItemPlaces = field(init=False)
     _holds: bool = False
-    _looks: LooksOfVisit = field(default_factory=LooksOfVisit)
     _unknown_from: tuple[LocationId, int] | None = None
+    _looks: LooksOfVisit = field(default_factory=LooksOfVisit)
     _unknown_put: set[LocationId] = field(default_factory=set[LocationId])
     _doubted_on: tuple[LocationId, int] | None = None
     _opened_on: tuple[LocationId, int] | None = None
