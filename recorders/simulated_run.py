@@ -95,7 +95,7 @@ class TaskRequest:
     """A task as given by the user: exactly one of an item type to find, a scenario, or a task file.
 
     Raises:
-        NotOneTask: none or more than one of them.
+        NotExactlyOneTask: none or more than one of them.
     """
 
     find: str = ""

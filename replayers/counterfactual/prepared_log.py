@@ -158,7 +158,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     Raises:
         NoBelief, UnknownName: no beliefs are available.
         TruthNotRecorded: the truth was requested and is not in the log.
-        AnotherPlace, ContainersChanged, NothingEarlier: the history given is not of this place, or of later.
+        AnotherPlace, ContainersChanged, NoEarlierRun: the history given is not of this place, or of later.
     """
     as_logged, other_memory = _with_history(evidence_of(run), settings)
     if settings.with_truth and run.truth is None:

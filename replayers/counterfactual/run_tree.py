@@ -170,7 +170,7 @@ class RunTree:
         container = segment.question.container
         before = segment.question.knowledge
         put = before.items_at.get(LocationId(container), ())
-        inside = (*self.evidence.contents.get(container, ()), *self._imputed(answer, container))
+        inside = (*self.evidence.shown_in(container), *self._imputed(answer, container))
         knowledge = before.seen(container, (*inside, *put))
         steps, picks = node.steps + segment.steps, node.picks + segment.picks
         self.max_picks = max(self.max_picks, picks)

@@ -211,8 +211,8 @@ def open_bag(path: Path) -> Generator[Bag]:
     """Opens a bag of ROS 1 or ROS 2.
 
     Raises:
-        MissingExtra: rosbags is not installed. FileMissing, NotABag, EmptyBag, Unclosed, Packed,
-            CutOffPacked, NoRoomToUnpack.
+        MissingExtra: rosbags is not installed. FileMissing, NotABag, EmptyBag, BagNotClosed, Packed,
+            CutOffPacked, NoSpaceToUnpack.
     """
     try:
         from rosbags.highlevel import AnyReaderError
@@ -291,7 +291,7 @@ def _files(path: Path, about: dict[str, Any], stack: ExitStack) -> tuple[Path, .
 
     Raises:
         Packed, NotABag: compressed files without metadata; no data file.
-        CutOffPacked, NoRoomToUnpack: a compressed file that cannot be unpacked whole.
+        CutOffPacked, NoSpaceToUnpack: a compressed file that cannot be unpacked whole.
     """
     if path.is_file():
         return (path,)

@@ -10,7 +10,7 @@ import msgspec
 from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
 from recorders.spot.run.site_tasks import session_task
-from recorders.spot.session.inferred_actions import InconclusiveLook
+from recorders.spot.session.look_findings import InconclusiveLook
 from replayers.importers.bag_survey import survey_bag
 from replayers.importers.bags import Bag
 from replayers.importers.clocks import BagClock, ClockName

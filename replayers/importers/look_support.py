@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from math import hypot
 from typing import final
 
-from recorders.spot.session.inferred_actions import LookFinding
+from recorders.spot.session.look_findings import LookFinding
 from replayers.importers.frames import FrameBuffer
 from workbench.log_schema.events import NANO
 from workbench.message_enum import Result

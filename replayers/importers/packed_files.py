@@ -57,7 +57,7 @@ def unpack_file(packed: Path, plain: Path) -> None:
     """Writes a compressed file's content to another file, as long as the disk has room.
 
     Raises:
-        CutOffPacked: it ends too early. NoRoomToUnpack: it takes too much room; nothing is left of it.
+        CutOffPacked: it ends too early. NoSpaceToUnpack: it takes too much room; nothing is left of it.
         zstandard.ZstdError: it is not what zstd writes.
     """
     room = shutil.disk_usage(plain.parent).free - KEEP_FREE_BYTES

@@ -65,7 +65,7 @@ class LogCopier:
     Raises:
         OutputExists: the output exists, and the style does not allow replacing it.
         CannotCreate, WrongKind: no file can be created there.
-        NoRoom: from the end of the context.
+        NoDiskSpace: from the end of the context.
     """
 
     def __init__(self, path: Path | str, style: LogLayout, *, profile: str = "") -> None:
@@ -240,6 +240,15 @@ class ReadLoss:
         self.count += 1
         if len(self.damages) < self.MAX_KEPT_DAMAGES:
             self.damages.append(damage)
+
+    @classmethod
+    def sum(cls, losses: Iterable[ReadLoss]) -> ReadLoss:
+        """What could not be read from several logs."""
+        total = cls()
+        for loss in losses:
+            total.damages += loss.damages[: cls.MAX_KEPT_DAMAGES - len(total.damages)]
+            total.count, total.messages = total.count + loss.count, total.messages + loss.messages
+        return total
 
     @property
     def any(self) -> bool:

@@ -19,7 +19,7 @@ def to_lines(log: Path, output: Path, *, force: bool, progress: Progress = iter)
     """Writes a log's messages to a .jsonl file, which is renamed to its final name when it is complete.
 
     Raises:
-        OutputExists, CannotCreate, WrongKind, NoRoom: nothing was written.
+        OutputExists, CannotCreate, WrongKind, NoDiskSpace: nothing was written.
         BadValue: output and log are the same file.
     """
     require_distinct_output([log], output)

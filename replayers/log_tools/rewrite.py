@@ -17,6 +17,7 @@ from recorders.sinks.files import PART_METADATA, REPEATED
 from replayers.log_tools.copy_log import LogCopier, LogLayout, Part, ReadLoss, pieces, profile_of
 from replayers.log_tools.merge_order import by_time
 from replayers.log_tools.multi_run import RunMarker, member_name, runs_of, split_by_run
+from replayers.log_tools.recovered import SourceLoss, records_of
 from replayers.log_tools.whole_chunk import WholeChunk
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import wanted_chunks
@@ -130,25 +131,33 @@ def filtered(
     loss, kept = ReadLoss(), 0
     require_distinct_output([source], output)
     jumps, dropped = _unwanted_chunks(source, wanted)
+    lost = SourceLoss(name=source.name, loss=loss)
     with LogCopier(output, style, profile=profile_of(source)) as copier:
-        for piece in progress(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change)):
+        for piece in progress(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change, lost)):
             size = len(piece.places) if isinstance(piece, WholeChunk) else 1
             taken = _copy_wanted(piece, copier, wanted, change)
             kept, dropped = kept + taken, dropped + size - taken
+        for name, facts in lost.records() if wanted.metadata else ():
+            copier.writer.add_metadata(name, facts)
     return RewriteReport(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
 
 
 def _stream_pieces(
-    found: Iterator[Part | WholeChunk], copier: LogCopier, wanted: MessageFilter, change: Change | None
+    found: Iterator[Part | WholeChunk],
+    copier: LogCopier,
+    wanted: MessageFilter,
+    change: Change | None,
+    lost: SourceLoss,
 ) -> Iterator[Piece]:
     """The messages and chunks of a log; its wanted attachments and metadata are copied as they are read."""
     for part in found:
         if isinstance(part, Message | WholeChunk):
+            lost.count(part)
             yield part
         elif isinstance(part, Attachment) and wanted.attachments:
             if change is None or change.keeps(part):
                 copier.attach(part)
-        elif isinstance(part, Metadata) and wanted.metadata:
+        elif isinstance(part, Metadata) and wanted.metadata and not lost.take(part):
             copier.describe(part)
 
 
@@ -218,16 +227,24 @@ def merge_logs(
     """
     require_distinct_output(sources, output)
     _each_once(sources)
-    loss, count = ReadLoss(), 0
+    count = 0
     runs = runs_of(sources) if several_runs else [None] * len(sources)
+    lost = [SourceLoss(name=source.name, loss=ReadLoss()) for source in sources]
     with LogCopier(output, style, profile=_common_profile(sources)) as copier:
         arounds = {run: _AttachmentCopier(copier, allow_duplicates, run) for run in runs}
         copier.reserve(sources)
-        flows = [_flow_of(source, loss, arounds[run]) for source, run in zip(sources, runs, strict=True)]
+        given = zip(sources, lost, runs, strict=True)
+        flows = [_flow_of(source, of_source, arounds[run]) for source, of_source, run in given]
         for piece in progress(by_time(flows)):
             count += copier.copy_piece(piece)
+        for run in arounds:
+            for name, facts in records_of([one for one, its in zip(lost, runs, strict=True) if its == run]):
+                copier.writer.add_metadata(name if run is None else member_name(name, run), facts)
     return RewriteReport(
-        outputs=(output,), messages=count, dropped=sum(around.repeated for around in arounds.values()), loss=loss
+        outputs=(output,),
+        messages=count,
+        dropped=sum(around.repeated for around in arounds.values()),
+        loss=ReadLoss.sum(one.loss for one in lost),
     )
 
 
@@ -257,7 +274,7 @@ def split_log(
     if by_run:
         if part_s is not None or part_bytes is not None:
             raise BadValue("which of --by run, --every and --size", "several", "one")
-        paths, count = split_by_run(source, output, style, loss, progress)
+        paths, count = split_by_run(source, output, style, SourceLoss(name=source.name, loss=loss), progress)
         return RewriteReport(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
     with LogSplitter(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
         for message in progress(parts.messages(loss)):
@@ -295,11 +312,13 @@ class _AttachmentCopier:
             self.copier.describe(part)
 
 
-def _flow_of(source: Path, loss: ReadLoss, around: _AttachmentCopier) -> Iterator[Piece]:
+def _flow_of(source: Path, lost: SourceLoss, around: _AttachmentCopier) -> Iterator[Piece]:
     """What of a log's messages goes into a merged one; attachments and metadata are copied as they are read."""
     key, value = REPEATED
     marks = None if around.run is None else RunMarker(around.run)
-    for part in pieces(source, loss):
+    for part in pieces(source, lost.loss):
+        if isinstance(part, Message | WholeChunk):
+            lost.count(part)
         if isinstance(part, WholeChunk):
             if marks is None and not any(c.metadata.get(key) == value for c, _ in part.channels.values()):
                 yield part
@@ -308,7 +327,8 @@ def _flow_of(source: Path, loss: ReadLoss, around: _AttachmentCopier) -> Iterato
         elif isinstance(part, Message):
             messages = iter((part,))
         else:
-            if not isinstance(part, Header):
+            told = isinstance(part, Metadata) and lost.take(part)
+            if not told and not isinstance(part, Header):
                 around.take(part, source)
             continue
         for message in messages:

@@ -91,7 +91,7 @@ def export(
         OutputExists: the folder holds something, and force is not given.
         WrongKind: it is a file.
         CannotCreate: it cannot be created.
-        NoRoom: the disk is full; nothing was written.
+        NoDiskSpace: the disk is full; nothing was written.
         BadValue: partitions of CSV, or by a column that is not in PARTITIONS.
     """
     tables, folder = table_names(tables), Path(folder)
@@ -135,7 +135,7 @@ def export_table(
     """Writes one table as one file of any name.
 
     Raises:
-        UnknownName, NothingToExport, OutputExists, CannotCreate, NoRoom: as export.
+        UnknownName, NothingToExport, OutputExists, CannotCreate, NoDiskSpace: as export.
     """
     if file.exists() and not force:
         raise OutputExists(file)

@@ -151,7 +151,7 @@ def on_cluster(
     Raises:
         MissingExtra: dask.distributed is not installed.
         InputError: the scheduler does not answer.
-        OtherVersion, NotInstalledThere: a worker has another version of this package, or none.
+        WorkerVersionDiffers, WorkerImportFailed: a worker has another version of this package, or none.
         ClusterLost: the connection to the scheduler was lost.
     """
     try:

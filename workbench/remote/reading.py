@@ -23,7 +23,7 @@ def open_remote(path: RemotePath) -> RemoteFile:
 
     Raises:
         FileMissing, NoCredentials, Unreachable: as the store answers.
-        NoRanges: the server says that it sends no parts of files.
+        RangesUnsupported: the server says that it sends no parts of files.
     """
     files = path.filesystem()
     try:
@@ -74,7 +74,7 @@ class RemoteFile(io.BufferedIOBase):
         """Bytes from the present place.
 
         Raises:
-            BrokenOff, NoRanges, Unreachable: they cannot be fetched.
+            TransferInterrupted, RangesUnsupported, Unreachable: they cannot be fetched.
         """
         left = max(self._size - self._at, 0)
         wanted = left if size is None or size < 0 else min(size, left)

@@ -46,7 +46,7 @@ def upload(
         FileMissing: a source does not exist.
         OutputExists: something is there already; nothing has been sent then.
         NotWritable, NoCredentials, Unreachable: as the store answers.
-        BrokenOff: a copy has another size than its file.
+        TransferInterrupted: a copy has another size than its file.
     """
     target = upload_target(address)
     pairs = _pairs(sources, target, inside=address.endswith("/"))

@@ -44,7 +44,7 @@ class History:
 
         Raises:
             AnotherPlace, ContainersChanged: the logs are of something else.
-            NothingEarlier: no run had ended.
+            NoEarlierRun: no run had ended.
         """
         require_same_place(self.plan, plan, self.runs[0].log if self.runs else "")
         over = {run.id for run in self.runs if run.ended_ns <= at_ns}

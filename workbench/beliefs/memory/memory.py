@@ -100,7 +100,7 @@ def remember(history: Iterable[PastLook], *, at_ns: int, rates: MoveRates) -> Me
     """The memory at a moment: of each container the last look before it, and the pace that the looks show.
 
     Raises:
-        NothingEarlier: every look was later.
+        NoEarlierRun: every look was later.
     """
     past = sorted(
         (look for look in history if look.seen_ns <= at_ns), key=lambda look: (look.seen_ns, look.container)

@@ -45,7 +45,7 @@ class Experiment:
         policies: names, with greedy first and the oracle last, which every table needs.
         estimator: the estimator of the policies.
         paper_estimator: the estimator of the paper's policy, lios.
-        believers: the weights of both for each house, if retrained per fold.
+        fold_estimators: the weights of both for each house, if retrained per fold.
         miss_rate: the chance that a look misses an item; where it is not 0, POLICY@start-over is a policy, too.
         seed: of the draws of misses.
     """

@@ -177,18 +177,14 @@ def measure(
 ) -> SearchReport:
     """Run every trial.
 
-        Args:
-            believers: weights by house, for a request with folds.
-    <<<<<<< HEAD
-            watched: wraps the results as they come, for a progress bar.
-            kept: results of the same evaluation, stopped before.
-    =======
-            progress: wraps the results as they come, for a progress bar.
-    >>>>>>> main
+    Args:
+        fold_estimators: the estimators of each house's fold, for a request with folds.
+        progress: wraps the results as they come, for a progress bar.
+        kept: results of the same evaluation, stopped before.
 
-        Raises:
-            NoTrials: there is no query.
-            InputError: a file, policy or estimator cannot be used.
+    Raises:
+        NoTrials: there is no query.
+        InputError: a file, policy or estimator cannot be used.
     """
     experiment = replace(request.experiment(), fold_estimators=fold_estimators or FoldEstimators())
     began = time.perf_counter()

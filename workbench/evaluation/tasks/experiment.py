@@ -150,7 +150,7 @@ def plan_trials(request: TaskRequest, fold_split: FoldSplit | None = None) -> Pl
     """All trials of a request. Houses that cannot support a scenario are reported, not skipped silently.
 
     Args:
-        dealt: the houses in folds, for a request with folds.
+        fold_split: the houses in folds, for a request with folds.
     """
     path = Path(request.houses)
     count = sum(1 for _ in house_lines(path))
@@ -184,7 +184,7 @@ def remaining_units(
     """The remaining work of the selected cells.
 
     Args:
-        believers: weights by house, of a request with folds.
+        fold_estimators: weights by house, of a request with folds.
     """
     weights = fold_estimators or FoldEstimators()
     have = {(row.scenario, row.trial, row.strategy) for row in done}

@@ -39,7 +39,7 @@ class TrialStore:
 
     Raises:
         EvaluationInProgress: another process writes there.
-        OtherEvaluation: the folder holds rows of another request.
+        DifferentEvaluation: the folder holds rows of another request.
         MalformedFile: its files are invalid.
     """
 
