@@ -360,5 +360,5 @@ class Session:
                 self.camera.look_away(behind(scenes[0].robot))
             for watcher in self.watchers:
                 watcher(self, scenes)
+            self._show_room_names()
         self.client.flush()
-        self._show_room_names()

@@ -7,7 +7,8 @@ turns, and medians are printed, with their ratio:
 
 - first picture: from opening the address until the panel is filled and the house is drawn, with three runs;
 - step: from the key of the next decision until the panel shows it and a frame was drawn;
-- frames a second while playing three runs and twenty, all of one place (copies of the three);
+- frames a second while playing three runs and twenty, all of one place (copies of the three), and how many calls draw
+  a frame;
 - the processor seconds of server and browser for each of these, which hardly depend on what else the machine does;
 - memory of the server after one minute of playing at 16 times the speed and after three, and how much it grew.
 """
@@ -40,6 +41,7 @@ from playwright.sync_api import Browser, Page  # noqa: E402
 REPEATS, STEPS = int(os.environ.get("LIOS_REPEATS", "3")), 12
 PLAYED_S, MINUTE_S = 5.0, float(os.environ.get("LIOS_MINUTE_S", "60"))
 THREE = [f"find-{name}" for name in ("lios", "greedy", "conditioned-lios")]
+DRAWS = "window.__viserTestpoints.rendererInfo.render.calls"
 WATCH = """() => new Promise((done) => {
   const words = () => [...document.querySelectorAll('.lp p')].map((p) => p.innerText)
     .find((t) => /^Decision \\d+ of/.test(t));
@@ -147,11 +149,13 @@ def measured(browser: Browser, build: Path, logs: list[Path], many: list[Path]) 
         found["step ms"] = median(steps)
         found["step, processor ms"] = 1000 * (spent(server) - before) / STEPS
         found["frames/s of 3"] = frame_rate(page)
+        found["draw calls of 3"] = page.evaluate(DRAWS)
         page.close()
     with served(build, many) as (address, _):
         page, found["first picture of 20 s"] = opened(browser, address)
         page.wait_for_timeout(1500)
         found["frames/s of 20"] = frame_rate(page)
+        found["draw calls of 20"] = page.evaluate(DRAWS)
         page.close()
     return found
 
