@@ -30,6 +30,10 @@ EVIDENCE_TOPICS = frozenset({TOPIC_OF[kind] for kind in (ActionFinished, BeliefU
 """Topics that a replay rests on."""
 
 
+MANY_PARTS = 100_000
+"""A part with a higher number is none."""
+
+
 class Lost(StrEnum):
     """Where in a log something was lost."""
 
@@ -52,6 +56,7 @@ class Recovered:
         messages: how many messages were saved.
         expected: how many there were by the index; None where there was none.
         kept: number of messages saved of each of EVIDENCE_TOPICS; topics without messages are left out.
+        parts_missing: numbers of the parts of a split recording that were not there when the others were joined.
     """
 
     source: str
@@ -61,6 +66,7 @@ class Recovered:
     messages: int | None = None
     expected: int | None = None
     kept: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    parts_missing: tuple[int, ...] = ()
 
     @classmethod
     def from_facts(cls, facts: Mapping[str, str]) -> Self:
@@ -77,6 +83,7 @@ class Recovered:
             messages=_whole(facts.get("messages")),
             expected=_whole(facts.get("expected")),
             kept=_counts(facts.get("kept", "")),
+            parts_missing=tuple(int(n) for n in facts.get("parts_missing", "").split() if _whole(n) is not None),
         )
 
     def to_facts(self) -> dict[str, str]:
@@ -92,6 +99,8 @@ class Recovered:
             facts["kept"] = json.dumps(dict(sorted(self.kept.items())))
         if self.lost_at is not None:
             facts["lost_at"] = str(self.lost_at)
+        if self.parts_missing:
+            facts["parts_missing"] = " ".join(map(str, self.parts_missing))
         return facts
 
     def only_end_lost(self, counts: Mapping[str, int]) -> bool:
@@ -102,13 +111,18 @@ class Recovered:
     def words(self) -> str | None:
         """What was lost, as one clause; None where nothing was, or where the copy does not say."""
         at = "" if self.lost_at is None else f", at byte {self.lost_at}"
+        places = "1 damaged place" if self.damages == 1 else f"{self.damages} damaged places"
         if self.lost is Lost.END:
             return f"recovered from a log that was cut off: what came {Lost.END}{at}, is lost"
+        if self.lost is Lost.MIDDLE and self.parts_missing:
+            joined = "joined from parts of a recording"
+            return f"{joined} without {_numbers(self.parts_missing)}" + (
+                f" and with {places}" if self.damages else ""
+            )
         if self.lost is Lost.MIDDLE:
             count = "" if self.messages is None else f": {self.messages} messages were saved"
             if self.messages is not None and self.expected is not None:
                 count = f": {self.messages} of {self.expected} messages were saved"
-            places = "1 damaged place" if self.damages == 1 else f"{self.damages} damaged places"
             first = "" if self.lost_at is None else f", the first at byte {self.lost_at}"
             return f"recovered from a log with {places}{first}{count}"
         return None
@@ -214,22 +228,25 @@ class SourceLoss:
         counts[channel.topic] += count
 
 
-def records_of(sources: Sequence[SourceLoss], *, always: bool = False) -> list[tuple[str, dict[str, str]]]:
+def records_of(
+    sources: Sequence[SourceLoss], *, always: bool = False, joined: bool = False
+) -> list[tuple[str, dict[str, str]]]:
     """Name and values of the metadata records that one copy of several sources needs.
 
     Args:
         always: write one even where nothing was lost.
+        joined: parts of a recording become one log, so that all of them should be there.
     """
     found: list[tuple[str, dict[str, str]]] = []
     for run in dict.fromkeys(run for source in sources for run in source.runs):
-        record = combined(sources, run)
+        record = combined(sources, run, joined=joined)
         if always or record.lost is not Lost.NOTHING or any(run in source.said for source in sources):
             found.append((_name_of(run), record.to_facts()))
     return found
 
 
-def combined(sources: Sequence[SourceLoss], run: int | None = None) -> Recovered:
-    """What a copy of some sources together says of one run.
+def combined(sources: Sequence[SourceLoss], run: int | None = None, *, joined: bool = False) -> Recovered:
+    """What a copy of some sources together says of one run; joined as of `records_of`.
 
     Only the end is lost where no source lost anything in its middle, and where of those that hold the run's events
     only the last part was cut off.
@@ -238,7 +255,8 @@ def combined(sources: Sequence[SourceLoss], run: int | None = None) -> Recovered
         (source.part, _with_own(source.said.get(run, source.said.get(None)), source.own(run))) for source in sources
     ]
     found = list({json.dumps(record.to_facts()): record for _, record in parts}.values())
-    if len(found) == 1:
+    missing = missing_parts(sources) if joined else ()
+    if len(found) == 1 and not missing:
         return found[0]
     lost = next((kind for kind in (Lost.MIDDLE, Lost.END, Lost.UNKNOWN) if any(r.lost is kind for r in found)), None)
     kept: Counter[str] = Counter()
@@ -251,6 +269,8 @@ def combined(sources: Sequence[SourceLoss], run: int | None = None) -> Recovered
             kept.clear()  # a log beside the run's was cut off: that says nothing of the run
         elif len({json.dumps(r.to_facts()) for _, r in of_run}) > 1 and ended != {_last_part(sources)}:
             lost = Lost.MIDDLE
+    if missing:
+        lost = Lost.MIDDLE
     of = [record for record in found if record.lost is not Lost.NOTHING] or found
     return Recovered(
         source=", ".join(dict.fromkeys(record.source for record in of)),
@@ -259,7 +279,21 @@ def combined(sources: Sequence[SourceLoss], run: int | None = None) -> Recovered
         damages=sum(record.damages for record in found),
         messages=sum(source.read for source in sources),
         kept=MappingProxyType(dict(kept)),
+        parts_missing=tuple(sorted({*missing, *(number for record in found for number in record.parts_missing)})),
     )
+
+
+def missing_parts(sources: Sequence[SourceLoss]) -> tuple[int, ...]:
+    """Which parts of a split recording are not among several sources, up to the last one that is.
+
+    None where another log of the run is among them, which may hold them.
+    """
+    if any(source.part is None and source.counts for source in sources):
+        return ()
+    there = {source.part for source in sources if source.part is not None}
+    if not there or max(there) >= MANY_PARTS:
+        return ()
+    return tuple(number for number in range(max(there)) if number not in there)
 
 
 def _with_own(said: Recovered | None, own: Recovered) -> Recovered:
@@ -279,6 +313,11 @@ def _name_of(run: int | None) -> str:
 def _last_part(sources: Sequence[SourceLoss]) -> int:
     """The number of the last part of a recording among some sources; -1 where none is a part."""
     return max((source.part for source in sources if source.part is not None), default=-1)
+
+
+def _numbers(parts: Sequence[int]) -> str:
+    shown = ", ".join(map(str, parts[:5])) + (f" and {len(parts) - 5} more" if len(parts) > 5 else "")
+    return f"part {shown}" if len(parts) == 1 else f"parts {shown}"
 
 
 def _counts(text: str) -> Mapping[str, int]:

@@ -17,7 +17,7 @@ from recorders.sinks.files import PART_METADATA, REPEATED
 from replayers.log_tools.copy_log import LogCopier, LogLayout, Part, ReadLoss, pieces, profile_of
 from replayers.log_tools.merge_order import by_time
 from replayers.log_tools.multi_run import RunMarker, member_name, runs_of, split_by_run
-from replayers.log_tools.recovered import SourceLoss, records_of
+from replayers.log_tools.recovered import SourceLoss, missing_parts, records_of
 from replayers.log_tools.whole_chunk import WholeChunk
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import wanted_chunks
@@ -62,12 +62,14 @@ class RewriteReport:
 
     Attributes:
         dropped: messages that were not wanted.
+        parts_missing: numbers of parts of a recording that were not among those that were joined.
     """
 
     outputs: tuple[Path, ...]
     messages: int
     dropped: int
     loss: ReadLoss
+    parts_missing: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -216,7 +218,8 @@ def merge_logs(
 ) -> RewriteReport:
     """Merges several logs into one, by log time. Equal attachments, metadata and channels become one.
 
-    Parts of a split log become the original log again: what later parts only repeat is left out.
+    Parts of a split log become the original log again: what later parts only repeat is left out. Messages that two
+    logs both hold, as recordings that overlap do, become one.
 
     Args:
         several_runs: each log is a run, or a part of one, and stays distinguishable from the others.
@@ -227,24 +230,28 @@ def merge_logs(
     """
     require_distinct_output(sources, output)
     _each_once(sources)
-    count = 0
+    count, missing = 0, set[int]()
     runs = runs_of(sources) if several_runs else [None] * len(sources)
     lost = [SourceLoss(name=source.name, loss=ReadLoss()) for source in sources]
     with LogCopier(output, style, profile=_common_profile(sources)) as copier:
         arounds = {run: _AttachmentCopier(copier, allow_duplicates, run) for run in runs}
         copier.reserve(sources)
+        of_first = arounds[runs[0]]
         given = zip(sources, lost, runs, strict=True)
         flows = [_flow_of(source, of_source, arounds[run]) for source, of_source, run in given]
-        for piece in progress(by_time(flows)):
+        for piece in progress(by_time(flows, on_repeated=of_first.count_repeated)):
             count += copier.copy_piece(piece)
         for run in arounds:
-            for name, facts in records_of([one for one, its in zip(lost, runs, strict=True) if its == run]):
+            of_run = [one for one, its in zip(lost, runs, strict=True) if its == run]
+            missing |= set(missing_parts(of_run))
+            for name, facts in records_of(of_run, joined=True):
                 copier.writer.add_metadata(name if run is None else member_name(name, run), facts)
     return RewriteReport(
         outputs=(output,),
         messages=count,
         dropped=sum(around.repeated for around in arounds.values()),
         loss=ReadLoss.sum(one.loss for one in lost),
+        parts_missing=tuple(sorted(missing)),
     )
 
 
@@ -292,6 +299,10 @@ class _AttachmentCopier:
     run: int | None
     seen: dict[tuple[str, str], set[bytes]] = field(default_factory=dict)
     repeated: int = 0
+
+    def count_repeated(self) -> None:
+        """Counts a message that another log gave already."""
+        self.repeated += 1
 
     def take(self, part: Attachment | Metadata, path: Path) -> None:
         if part.name == PART_METADATA:

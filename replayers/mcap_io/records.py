@@ -10,6 +10,7 @@ import struct
 import threading
 import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -209,6 +210,9 @@ def unpacked(packed: bytes | memoryview, compression: str, size: int) -> bytes:
         return bytes(packed)
     try:
         if compression == "zstd":
+            if 0 < size <= STEP_BYTES and zstandard.frame_content_size(packed) == size:
+                with suppress(zstandard.ZstdError):  # one frame, in one step; anything else as a stream
+                    return _zstd().decompress(packed, allow_extra_data=False)
             with _zstd().stream_reader(packed, read_across_frames=True) as stream:
                 return _read_up_to(stream, size + 1)
         if compression == "lz4":

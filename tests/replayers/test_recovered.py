@@ -179,6 +179,27 @@ def test_a_part_that_was_cut_off_before_the_last_one_lost_something_in_the_middl
         assert gaps_of(run).lost != ()
 
 
+@pytest.mark.parametrize("given", [(2,), (2, 5), (0, 1, 2, 3, 4, 6), (1, 2, 3, 4, 5, 6), (0, 3, 6)])
+def test_parts_that_are_missing_are_told_and_nothing_rests_on_them(
+    given: tuple[int, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    whole = evidence_of(read(LOGS / "breakfast.mcap"))
+    parts = split_log(LOGS / "breakfast.mcap", tmp_path / "part.mcap", STYLE, part_s=20).outputs
+    assert len(parts) == 7
+    missing = [number for number in range(max(given)) if number not in given]
+    code = cli.run(["log", "merge", *(str(parts[n]) for n in given), "-o", str(tmp_path / "some.mcap"), "--json"])
+    assert code == 3
+    assert json.loads(capsys.readouterr().out)["parts_missing"] == missing
+    run = read(tmp_path / "some.mcap")
+    assert any("without part" in line for line in gaps_of(run).lost)
+    assert examine(tmp_path / "some.mcap").verdict is not Verdict.FINE
+    found = _found(tmp_path / "some.mcap")
+    if isinstance(found, Evidence):
+        assert all(whole.contents[container] == items for container, items in found.contents.items())
+        again = _found(_recovered(tmp_path / "some.mcap", tmp_path / "again.mcap"))
+        assert _same(found, again)
+
+
 @pytest.mark.parametrize("copy", [_recovered, _filtered, _merged])
 def test_a_loss_in_the_middle_stays_one_through_copies_of_copies(copy: Callable[[Path, Path], Path], tmp_path: Path):
     damaged = flip(LOGS / "deliver-3.mcap", tmp_path / "damaged.mcap", 9)

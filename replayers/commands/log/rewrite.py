@@ -213,6 +213,7 @@ def _report(done: RewriteReport, as_json: bool) -> None:
                 "messages": done.messages,
                 "left_out": done.dropped,
                 "damages": [{"offset": damage.offset, "what": damage.what} for damage in done.loss.damages],
+                "parts_missing": list(done.parts_missing),
             }
         )
     for path in done.outputs:
@@ -220,6 +221,9 @@ def _report(done: RewriteReport, as_json: bool) -> None:
     say(f"{done.messages:,} messages" + (f", {done.dropped:,} left out" if done.dropped else ""))
     for damage in done.loss.damages[:5]:
         warn(damage)
+    if done.parts_missing:
+        say(f"Not all parts of the recording were given: {', '.join(map(str, done.parts_missing))} missing.")
     if done.loss.loses_content:
         say("Something was lost; lios doctor shows what.")
+    if done.loss.loses_content or done.parts_missing:
         raise click.exceptions.Exit(3)
