@@ -2,7 +2,7 @@
 
 There are three families. Runs have hues, most of them those of Okabe and Ito ("Color Universal Design", 2008), but
 not green and yellow. Findings (seen, goal) have those two, greys, and a dark red for failures. Phases are one slate
-hue, told apart by lightness. Beliefs have a scale of their own in workbench/belief_colours.py.
+hue, distinguished by lightness. Beliefs have their own scale in workbench/belief_colours.py.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.arrays import Uints8
+from workbench.arrays import Floats, Uints8
 
 Colour = tuple[int, int, int]
 """Red, green, blue, each 0 to 255."""
@@ -78,13 +78,17 @@ PHASES: dict[str, str] = {
 
 @lru_cache(maxsize=1)
 def _linear_table() -> Uints8:
-    shade = np.arange(256) / 255
-    light = np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
-    return np.round(light * 255).astype(np.uint8)
+    return np.round(linear(np.arange(256, dtype=np.uint8)) * 255).astype(np.uint8)
+
+
+def linear(colours: Uints8) -> Floats:
+    """Colours from sRGB, 0 to 255, to linear RGB, 0 to 1 (IEC 61966-2-1), the same shape."""
+    shade = np.asarray(colours, dtype=np.float64) / 255
+    return np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
 
 
 def linear_rgb(colours: Uints8) -> Uints8:
-    """Colours in linear RGB instead of sRGB (IEC 61966-2-1), the same shape.
+    """Colours in linear RGB instead of sRGB, both 0 to 255, the same shape.
 
     Viser expects linear RGB for batched meshes and sRGB for everything else; sRGB values in a batch would look far
     too pale.

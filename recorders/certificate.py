@@ -1,4 +1,4 @@
-"""Certificates for servers on loopback: an authority and a server certificate, made anew for every server.
+"""Certificates for servers on loopback: an authority and a server certificate, created for every server.
 
 The simulated Spot needs one because bosdyn-client speaks only TLS and checks the server's name against the
 authorities of the robot (auth.spot.robot and others); the viewers' server, so that only our own relay can talk to it.

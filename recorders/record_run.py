@@ -11,7 +11,7 @@ import numpy as np
 from recorders.earlier_runs import move_rates, read_history
 from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
 from recorders.sinks.files import Sink
-from recorders.sinks.mirrored import Audience
+from recorders.sinks.mirrored import ViewerFeed
 from workbench.beliefs.memory.move_rates import NS_PER_DAY
 from workbench.errors import BadValue, OutputExists
 from workbench.evaluation.moved_house import moved_house
@@ -49,7 +49,7 @@ def record(
     assets: Path | None = None,
     force: bool = False,
     sink: Sink | None = None,
-    audience: Audience | None = None,
+    audience: ViewerFeed | None = None,
     begun: Callable[[Trial], None] | None = None,
 ) -> RunEnded:
     """Record one simulated run, given what `lios record` takes. The same arguments give the same bytes.

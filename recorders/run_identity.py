@@ -9,7 +9,7 @@ import msgspec
 
 from recorders.code_revision import revision
 from workbench import __version__
-from workbench.beliefs.memory.remembering import without_memory
+from workbench.beliefs.memory.memory_estimator import without_memory
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.planning.tasks import Task
 

@@ -20,7 +20,7 @@ from recorders.foxglove.channels import LATCHED, ViewerMessage, ViewerMessages
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.mcap_io.writer import DiskFull
 from recorders.sinks.files import LogFiles, Sink, Split
-from recorders.sinks.mirrored import Audience, MirroredSink
+from recorders.sinks.mirrored import MirroredSink, ViewerFeed
 from recorders.sinks.threaded import ThreadedSink
 from workbench.errors import LiosError
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, PlanMade, RunEnded
@@ -90,7 +90,7 @@ class RunRecorder:
         background: bool = False,
         split: Split | None = None,
         sink: Sink | None = None,
-        audience: Audience | None = None,
+        audience: ViewerFeed | None = None,
         receipt_ns: Callable[[], int] | None = None,
     ) -> None:
         self.info = info
@@ -100,7 +100,7 @@ class RunRecorder:
         self._receipt_ns = receipt_ns
         self._sync_s, self._synced = sync_s, time.monotonic()
         moving = info.source != "spot" if motion is None else motion
-        self._narrator = ViewerMessages(place, task, paths=paths, motion=moving) if viewer else None
+        self._viewer_messages = ViewerMessages(place, task, paths=paths, motion=moving) if viewer else None
         start_ns = info.started.ns
         identity = info_to_metadata(info)
         clock = WORLD_CLOCK if receipt_ns is None else COMPUTER_CLOCK
@@ -115,8 +115,8 @@ class RunRecorder:
             self.sink.attach(name, "application/json", data, log_time=start_ns)
         if truth is not None:
             self._write_domain(self.sink, ground_truth(truth, start_ns))
-        if self._narrator is not None:
-            self._write_viewer(self.sink, self._narrator.opening(start_ns))
+        if self._viewer_messages is not None:
+            self._write_viewer(self.sink, self._viewer_messages.opening(start_ns))
         self.sync()
 
     @property
@@ -126,9 +126,9 @@ class RunRecorder:
         return self._background or self._files
 
     @property
-    def trouble(self) -> LiosError | None:
+    def stop_reason(self) -> LiosError | None:
         """Why nothing is recorded any more; None while recording goes on."""
-        return None if self._background is None else self._background.trouble
+        return None if self._background is None else self._background.stop_reason
 
     @property
     def path(self) -> Path:
@@ -159,8 +159,8 @@ class RunRecorder:
             DiskFull: the background thread had to stop.
         """
         self.sink.close()
-        if self._background is not None and self._background.trouble is not None:
-            raise self._background.trouble
+        if self._background is not None and self._background.stop_reason is not None:
+            raise self._background.stop_reason
 
     def __enter__(self) -> Self:
         return self
@@ -174,15 +174,15 @@ class RunRecorder:
 
     def _write(self, event: Event) -> None:
         """Write an event and its viewer messages by stamp: the poses of an action come before its end."""
-        narrated = () if self._narrator is None else tuple(self._narrator.tell(event))
+        viewer_messages = () if self._viewer_messages is None else tuple(self._viewer_messages.messages_for(event))
         if isinstance(event, ActionEnded):
-            self._write_viewer(self._files, narrated)
+            self._write_viewer(self._files, viewer_messages)
         for wire in to_wire(event):
             self._write_domain(self._files, wire)
             if isinstance(wire, Outcome):
                 self._files.describe(OUTCOME_METADATA, outcome_to_metadata(wire, event.decision))
         if not isinstance(event, ActionEnded):
-            self._write_viewer(self._files, narrated)
+            self._write_viewer(self._files, viewer_messages)
 
     def _write_domain(self, sink: Sink, event: DomainEvent) -> None:
         channel = json_channel(type(event), latched=isinstance(event, GroundTruth))

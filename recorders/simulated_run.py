@@ -12,7 +12,7 @@ import numpy as np
 from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import Sink
-from recorders.sinks.mirrored import Audience
+from recorders.sinks.mirrored import ViewerFeed
 from workbench.beliefs.memory.memory import Memory
 from workbench.errors import BadValue, InputError, UnknownName
 from workbench.execution.events import Event, RunEnded
@@ -83,7 +83,7 @@ class Trial:
         return PERFECT if self.trusts_looks else missing_at(self.miss_rate)
 
 
-class NotOneTask(InputError):
+class NotExactlyOneTask(InputError):
     """Not exactly one task was given."""
 
     def __init__(self, what: str) -> None:
@@ -95,7 +95,7 @@ class TaskRequest:
     """A task as given by the user: exactly one of an item type to find, a scenario, or a task file.
 
     Raises:
-        NotOneTask: none or more than one of them.
+        NotExactlyOneTask: none or more than one of them.
     """
 
     find: str = ""
@@ -106,7 +106,7 @@ class TaskRequest:
         given = [bool(self.find), bool(self.scenario), self.task_file is not None]
         if sum(given) != 1:
             what = "more than one task is given" if any(given) else "no task is given"
-            raise NotOneTask(what)
+            raise NotExactlyOneTask(what)
 
 
 def trial_for(
@@ -178,7 +178,7 @@ def record_trial(
     *,
     force: bool = False,
     sink: Sink | None = None,
-    audience: Audience | None = None,
+    audience: ViewerFeed | None = None,
     begun: Callable[[], None] | None = None,
 ) -> RunEnded:
     """Run a trial and record it, including the ground truth.

@@ -21,7 +21,7 @@ from workbench.worlds.perception import missing_at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RecordTo:
+class TrialRecorder:
     """A tap that records events. It is pickled for workers, so it holds only a folder and no open file."""
 
     folder: Path

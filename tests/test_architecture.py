@@ -53,6 +53,13 @@ def test_nothing_unpickles() -> None:
     assert [p.name for p in files() if forbidden.search(p.read_text(encoding="utf-8"))] == []
 
 
+def test_nothing_holds_merge_marks() -> None:
+    """A docstring may hold them and still pass every other check."""
+    written = [*files(), *(ROOT / "docs").rglob("*.md"), ROOT / "README.md", *(ROOT / "tests").rglob("*.py")]
+    marks = re.compile(r"^\s*(<{7}|>{7}) ", re.M)
+    assert [p.name for p in written if marks.search(p.read_text(encoding="utf-8"))] == []
+
+
 MAX_FILE_LINES, MAX_FUNCTION_LINES, MAX_PARAMETERS, MAX_FOLDER_MODULES = 400, 60, 8, 17
 
 LONG_FUNCTIONS = {

@@ -142,7 +142,7 @@ def test_an_empty_text_is_refused(line: list[str]) -> None:
 
 
 def test_an_empty_path_is_not_this_folder() -> None:
-    with pytest.raises(click.BadParameter, match=r"it is empty\. Give a value, or leave the argument out\."):
+    with pytest.raises(click.BadParameter, match=r"it is empty\. Give a value, or omit the argument\."):
         command_of("everything", everything, help="").main([""], standalone_mode=False)
 
 

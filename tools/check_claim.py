@@ -292,7 +292,7 @@ def main(paths):
         neither = f"neither of {a} and {b} is shown to beat the other"
         beats = f"{a} beats {b}" if high < least - NEAR else f"{b} beats {a}" if most < low - NEAR else neither
         if both:
-            print(f"{beats} on these {len(both)} trials, in every world that agrees with their logs")
+            print(f"{beats} on {len(both)} trial{'s' * (len(both) > 1)}, in every world that agrees with the logs")
     return code
 
 

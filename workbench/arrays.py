@@ -1,4 +1,4 @@
-"""Names for the types of NumPy arrays in annotations; shapes stand in the docstrings of what uses them."""
+"""Type aliases of NumPy arrays for annotations; the docstrings of their users give the shapes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Floats32 = npt.NDArray[np.float32]
+Floats16 = npt.NDArray[np.float16]
 Ints = npt.NDArray[np.int64]
 Ints32 = npt.NDArray[np.int32]
 Ints16 = npt.NDArray[np.int16]

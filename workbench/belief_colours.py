@@ -1,7 +1,8 @@
 """The colours of beliefs, the same in logs' viewer channels, dashboard, pages and figures.
 
-They are those of matplotlib's magma, which is perceptually uniform, reversed and cropped, so that unlikely is pale
-and likely is deep on a light floor. They are listed here, so that a log's bytes depend on no release of matplotlib.
+They are those of matplotlib's magma, which is perceptually uniform, reversed and cropped to 0.03 to 0.80, so that
+unlikely is pale and likely is deep on a light floor. They are listed here, so that a log's bytes depend on no release
+of matplotlib.
 """
 
 from __future__ import annotations
@@ -10,9 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from workbench.arrays import Uints8
-
-PALE, DEEP = 0.03, 0.80
-"""The range of reversed magma that is used."""
 
 _TABLE = np.frombuffer(
     bytes.fromhex(

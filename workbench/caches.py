@@ -73,7 +73,7 @@ class Cache(Generic[K, V]):
 
 @final
 class PerObject(Generic[K, V]):
-    """One cache for each of many objects, told apart by identity; it goes with its object.
+    """One cache for each of many objects, distinguished by identity; it goes with its object.
 
     Args:
         size: of each cache.

@@ -44,7 +44,7 @@ MissRate = Annotated[
     float,
     Option(
         "--miss-rate",
-        help="Chance that a look misses an item, drawn for each item and look; looks may be repeated.",
+        help="Probability that a look misses an item, drawn for each item and look; looks may be repeated.",
     ),
 ]
 Sees = Annotated[
@@ -53,9 +53,9 @@ Sees = Annotated[
 ]
 RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
 Upload = Annotated[
-    str, Option("--upload", help="Also send what was written to this address, such as s3://bucket/runs/.")
+    str, Option("--upload", help="Also upload what was written to this address, such as s3://bucket/runs/.")
 ]
-DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
+DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
 Ask = Annotated[
     bool, Option("--ask", help="Ask the --estimator for answers that neither the log nor the cache holds.")
@@ -67,6 +67,6 @@ ServePort = Annotated[
         "--serve",
         min=0,
         max=65535,
-        help="Show it to Foxglove or Lichtblick on this port of this machine (usually 8765) while it is recorded.",
+        help="While recording, serve it to Foxglove or Lichtblick on this port of this machine (usually 8765).",
     ),
 ]

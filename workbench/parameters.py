@@ -21,7 +21,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from workbench.registered_names import KIND_OF_OPTION, completions
-from workbench.remote.errors import IsRemote
+from workbench.remote.errors import LocalFileRequired
 from workbench.remote.path import RemotePath, path_of
 
 
@@ -153,7 +153,7 @@ class _LocalPath(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         path = path_of(value) if isinstance(value, str) else value
         if isinstance(path, RemotePath):
-            raise IsRemote("path" if param is None else _named(param), path)
+            raise LocalFileRequired("path" if param is None else _named(param), path)
         return path
 
 
@@ -196,7 +196,7 @@ class GivenEmpty(click.BadParameter):
 
     def __init__(self, param: click.Parameter, ctx: click.Context) -> None:
         kind = "option" if isinstance(param, click.Option) else "argument"
-        super().__init__(f"it is empty. Give a value, or leave the {kind} out.", ctx, param)
+        super().__init__(f"it is empty. Give a value, or omit the {kind}.", ctx, param)
 
 
 def _has_empty_text(value: object) -> bool:

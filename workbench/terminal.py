@@ -104,7 +104,7 @@ def emit_table(
     console.print(_table(kept, title, console.width))
     if len(kept) < len(shown):
         left_out = ", ".join(column.heading for column in shown if column not in kept)
-        say(f"Not shown for want of room: {left_out}. {WIDE} shows every column.")
+        say(f"Not shown, for lack of space: {left_out}. {WIDE} shows every column.")
 
 
 def signed_percentage(share: float | None) -> str | None:

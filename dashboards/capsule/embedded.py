@@ -29,7 +29,7 @@ class NoNotebook(Unsupported):
 
 
 @final
-class Embedded:
+class EmbeddedPage:
     """Runs as a notebook shows them.
 
     Args:
@@ -64,4 +64,4 @@ def show(runs: Sequence[Run], *, height_px: int = 640) -> None:
     shell = ipython.get_ipython() if ipython is not None else None
     if shell is None or not hasattr(shell, "kernel"):
         raise NoNotebook(runs[0])
-    import_module("IPython.display").display(Embedded(runs, height_px=height_px))
+    import_module("IPython.display").display(EmbeddedPage(runs, height_px=height_px))

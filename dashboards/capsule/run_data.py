@@ -21,7 +21,7 @@ from dashboards.palette import Colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
-from dashboards.panels.now import RunSigns, legend, now
+from dashboards.panels.now import RunLegend, legend, now
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from workbench.planning.tasks import goal_types
@@ -33,7 +33,7 @@ MAX_FRAMES = 3000
 """Frames of a run; a longer run keeps its decisions first."""
 
 
-class Texts:
+class TextTable:
     """Texts that occur often, each stored once."""
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ def items_of(timeline: Timeline) -> tuple[str, ...]:
 
 
 def run_data(
-    timeline: Timeline, name: str, colour: Colour, texts: Texts, *, signs: RunSigns | None = None
+    timeline: Timeline, name: str, colour: Colour, texts: TextTable, *, signs: RunLegend | None = None
 ) -> dict[str, Any]:
     """A run for the page. A frame has one look for the item that the plan finds, and one for each that can be chosen.
 
@@ -69,8 +69,8 @@ def run_data(
         signs: what the legend needs for the runs shown together; given for the run in focus, the only one whose
             panels and marks the page has.
     """
-    palettes, heights, marks, orders, ways = Texts(), Texts(), Texts(), Texts(), Texts()
-    balls, item_names = Texts(), Texts()
+    palettes, heights, marks, orders, ways = TextTable(), TextTable(), TextTable(), TextTable(), TextTable()
+    balls, item_names = TextTable(), TextTable()
     items = items_of(timeline) if signs is not None else ()
     stamps = frame_stamps(timeline)
     frames: list[dict[str, Any]] = []

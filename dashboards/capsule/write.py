@@ -19,7 +19,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from dashboards.capsule.run_data import Texts, run_data, still_panels
+from dashboards.capsule.run_data import TextTable, run_data, still_panels
 from dashboards.geometry.goal_places import goal_frames
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.geometry.marks import Mesh, cross, robot_body, robot_legs, tick, unopened_marker, unseen_marker
@@ -109,7 +109,7 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
     first = timelines[0]
     names = run_names([t.run for t in timelines])
     clock = Clock(timelines=timelines)
-    texts = Texts()
+    texts = TextTable()
     closed, signs = unopened(timelines), run_signs(timelines)
     runs = [
         run_data(t, label(names[i]), run_colour(i), texts, signs=signs if i == 0 else None)

@@ -165,7 +165,7 @@ def _recording_files(logs: Sequence[Path], output: Path, *, single: bool) -> lis
     names = [log.stem for log in logs]
     twice = next((name for name, count in Counter(names).items() if count > 1), None)
     if twice is not None:
-        raise BadValue("the logs", f"{twice}.mcap", "one log of a name: their recordings go into one folder")
+        raise BadValue("the logs", f"{twice}.mcap", "logs with different names: their recordings go into one folder")
     return [output / f"{name}.rrd" for name in names]
 
 

@@ -31,7 +31,7 @@ def view(
 ) -> None:
     """Look at runs in 3D in a browser.
 
-    Several logs are laid over each other on one clock; a folder opens as a table of its runs. The printed address
+    Several logs are overlaid on one clock; a folder opens as a table of its runs. The printed address
     contains a token; requests without it are refused.
 
     Examples:

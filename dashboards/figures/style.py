@@ -78,7 +78,7 @@ def scale_bar(ax: Axes, *, metres: float = 2.0) -> None:
 
 
 def labels_of(timelines: Sequence[Timeline]) -> list[str]:
-    """Names that tell the runs apart, as in the dashboard, with strategies as the paper spells them."""
+    """Names that distinguish the runs, as in the dashboard, with strategies as the paper spells them."""
     named: list[str] = []
     for timeline, name in zip(timelines, run_names([t.run for t in timelines]), strict=True):
         ours = timeline.run.info.strategy

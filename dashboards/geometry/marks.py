@@ -61,7 +61,8 @@ def tick() -> Mesh:
 def unseen_marker() -> Mesh:
     """A diamond standing on its tip: nobody looked here, and a replay would have had to."""
     vertices, faces = unit_mesh("ball")
-    return (vertices * np.array([0.2, 0.2, 0.34], dtype=np.float32)).astype(np.float32), faces
+    corners = vertices[faces.reshape(-1)] * np.array([0.2, 0.2, 0.34], dtype=np.float32)
+    return corners.astype(np.float32), np.arange(faces.size, dtype=np.uint32).reshape(-1, 3)  # facets, not a ball
 
 
 def goal_frame(pose: Pose, size_m: tuple[float, float], height_m: float) -> Mesh:

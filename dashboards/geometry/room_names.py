@@ -1,9 +1,10 @@
-"""Where the names of rooms stand in a picture: on their own floor, not behind a wall, and beside other labels."""
+"""Placement of room names in a picture: on their own floor, not behind a wall, and beside other labels."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import hypot
 
 import numpy as np
@@ -37,18 +38,9 @@ class PictureView:
     width: float
     height: float
 
-    def _axes(self) -> Floats:
-        """Right, up and back, as rows."""
-        back = np.subtract(self.position, self.look_at)
-        back = back / np.linalg.norm(back)
-        right = np.cross((0.0, 0.0, 1.0), back)
-        long = float(np.linalg.norm(right))
-        right = right / long if long > MIN_LENGTH_M else np.array([1.0, 0.0, 0.0])
-        return np.stack([right, np.cross(back, right), back])
-
     def pixel(self, point: Point3) -> tuple[float, float] | None:
         """Where a point is in the picture, from its left and top; None behind the camera."""
-        right, up, away = self._axes() @ np.subtract(point, self.position)
+        right, up, away = _axes(self.position, self.look_at) @ np.subtract(point, self.position)
         if away > -1e-3:
             return None
         unit = self.half_tan * -away
@@ -59,7 +51,7 @@ class PictureView:
 
     def floor_at(self, x_px: float, y_px: float) -> Point | None:
         """The point of the floor in a pixel; None at or above the horizon."""
-        right, up, back = self._axes()
+        right, up, back = _axes(self.position, self.look_at)
         across = (x_px - self.width / 2) / (self.height / 2) * self.half_tan
         along = (self.height / 2 - y_px) / (self.height / 2) * self.half_tan
         ray = right * across + up * along - back
@@ -67,6 +59,19 @@ class PictureView:
             return None
         at = np.array(self.position) - ray * (self.position[2] / ray[2])
         return float(at[0]), float(at[1])
+
+
+@lru_cache(maxsize=32)
+def _axes(position: Point3, look_at: Point3) -> Floats:
+    """Right, up and back of a camera, as rows."""
+    back = np.subtract(position, look_at)
+    back = back / np.linalg.norm(back)
+    right = np.cross((0.0, 0.0, 1.0), back)
+    long = float(np.linalg.norm(right))
+    right = right / long if long > MIN_LENGTH_M else np.array([1.0, 0.0, 0.0])
+    axes = np.stack([right, np.cross(back, right), back])
+    axes.flags.writeable = False
+    return axes
 
 
 def room_name_places(
@@ -93,6 +98,8 @@ def room_name_places(
             faults = int(_is_behind(floor, spot, view, wall_m)) * 2 + int(not _lies_on(floor, box, view))
             if best is None or (faults, number) < best[:2]:
                 best = (faults, number, spot, box)
+            if not best[0]:
+                break  # none that follows is better
         places.append(best[2] if best is not None else None)
         if best is not None:
             covered.append(best[3])

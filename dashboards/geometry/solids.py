@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from dashboards.palette import Colour
-from workbench.arrays import Floats32, Ints32, Uints8, Uints32
+from workbench.arrays import Bools, Floats32, Ints32, Uints8, Uints32
 from workbench.worlds.geometry import Pose
 
 Shape = Literal["box", "cylinder", "ball"]
@@ -71,6 +71,17 @@ class Batch:
         zero = np.zeros_like(half)
         return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1).astype(np.float32)
 
+    def where(self, chosen: Bools) -> Batch:
+        """Some of the solids, chosen by a mask of shape (N,)."""
+        return Batch(
+            shape=self.shape,
+            centre=self.centre[chosen],
+            size_m=self.size_m[chosen],
+            yaw_rad=self.yaw_rad[chosen],
+            colour=self.colour[chosen],
+            owner=self.owner[chosen],
+        )
+
     def coloured(self, of_owner: Uints8) -> Uints8:
         """Colours with each owned solid in its owner's colour (of_owner: (owners, 3)), shape (N, 3)."""
         colours = self.colour.copy()
@@ -109,6 +120,11 @@ def unit_mesh(shape: Shape) -> tuple[Floats32, Uints32]:
     if shape == "cylinder":
         return _unit_cylinder(24)
     return _unit_ball(16, 10)
+
+
+def small_ball() -> tuple[Floats32, Uints32]:
+    """The unit ball with few faces, for marks of which there may be hundreds."""
+    return _unit_ball(10, 6)
 
 
 def _unit_box() -> tuple[Floats32, Uints32]:

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.library.run_table import NotRecorded, evaluation_in, log_rows, trial_rows
-from dashboards.model.replay_bounds import stored_beside
+from dashboards.model.replay_bounds import stored_bounds
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
 from dashboards.sensing.robot_sensors import RobotSensors, sensors_of
@@ -57,7 +57,7 @@ class Library:
             raise NotRecorded(self.folder)
         self.paths = tuple({path.resolve(): path for path in named}.values())
         self._timelines: Cache[int, Timeline] = Cache(MAX_CACHED_RUNS)
-        self._senses: Cache[int, RobotSensors | None] = Cache(MAX_CACHED_RUNS)
+        self._robot_sensors: Cache[int, RobotSensors | None] = Cache(MAX_CACHED_RUNS)
         self._senses_fresh_until: dict[int, float] = {}
         self._truths: Cache[int, Mapping[str, tuple[SeenItem, ...]] | None] = Cache(MAX_CACHED_RUNS)
         self._notes: Cache[int, tuple[Note, ...]] = Cache(MAX_CACHED_RUNS)
@@ -82,7 +82,7 @@ class Library:
         with self._lock:
             return self._timelines.get(index, lambda: self._timeline(index))
 
-    def await_logs(self, paths: Sequence[Path]) -> tuple[int, ...]:
+    def expect_logs(self, paths: Sequence[Path]) -> tuple[int, ...]:
         """Adds logs that do not exist yet; their indices."""
         first = len(self.paths)
         self.paths = (*self.paths, *paths)
@@ -90,16 +90,16 @@ class Library:
         self._awaited = self._awaited | frozenset(added)
         return added
 
-    def awaits(self, index: int) -> bool:
+    def is_expected(self, index: int) -> bool:
         """Whether a log that was added before it existed is still not there."""
         if index in self._awaited and self.paths[index].exists():
             self._awaited, self._rows = self._awaited - {index}, None
         return index in self._awaited
 
-    def senses(self, index: int) -> RobotSensors | None:
+    def robot_sensors(self, index: int) -> RobotSensors | None:
         """The sensors of the index-th log; None for a log without sensors, or one that cannot be read."""
         with self._lock:
-            return self._senses.get(index, lambda: self._sensors(index))
+            return self._robot_sensors.get(index, lambda: self._sensors(index))
 
     def truth(self, index: int) -> Mapping[str, tuple[SeenItem, ...]] | None:
         """The true contents of every container in the index-th log; None where it was not recorded.
@@ -135,11 +135,11 @@ class Library:
         if self._rows is None:
             self._rows = trial_rows(self.trials, self.paths) if self.trials else []
             if not self.trials:
-                there = tuple(path for i, path in enumerate(self.paths) if not self.awaits(i))
+                there = tuple(path for i, path in enumerate(self.paths) if not self.is_expected(i))
                 self._rows, self.unreadable = log_rows(there, folder=self.folder)
         return self._rows
 
-    def take_up(self, index: int) -> Timeline:
+    def read_growth(self, index: int) -> Timeline:
         """The timeline of a run that is being recorded, with what was added to its log since the last time."""
         self._growing.setdefault(index, GrowingLog(self.paths[index]))
         return self.reread(index)
@@ -151,7 +151,7 @@ class Library:
             self._truths.drop(index)
             self._notes.drop(index)
             if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
-                self._senses.drop(index)
+                self._robot_sensors.drop(index)
         return self.timeline(index)
 
     def shape(self, plan: FloorPlan) -> HouseShape:
@@ -164,7 +164,7 @@ class Library:
 
         path = self.paths[index]
         added = self._growing[index].read() if index in self._growing else None
-        return timeline_of(added or read(path), counterfactual=stored_beside(path))
+        return timeline_of(added or read(path), counterfactual=stored_bounds(path))
 
     def _sensors(self, index: int) -> RobotSensors | None:
         began = time.monotonic()

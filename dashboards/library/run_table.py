@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
-from dashboards.model.replay_bounds import stored_beside
+from dashboards.model.replay_bounds import stored_bounds
 from dashboards.panels.runs import RunRow
 from workbench.errors import LiosError, MalformedFile, NotFound
 from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, read_rows
@@ -121,7 +121,7 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
 
 def _bounds(replay: Path) -> tuple[float, float] | None:
     """The bounds of a replay's cost that are stored beside it, where both are proven."""
-    kept = stored_beside(replay)
+    kept = stored_bounds(replay)
     return (kept.lower, kept.upper) if kept and kept.lower is not None and kept.upper is not None else None
 
 

@@ -1,1 +1,1 @@
-"""What the views show, as pure values: timelines, scenes, clocks, labels and planned paths."""
+"""Pure values that the views show: timelines, scenes, clocks, labels and planned paths."""

@@ -25,7 +25,7 @@ class Counterfactual:
     interval90: tuple[float, float] | None
 
 
-def stored_beside(log: Path) -> Counterfactual | None:
+def stored_bounds(log: Path) -> Counterfactual | None:
     """The counterfactual stored beside a replay's log, None for another log; an unreadable file is reported."""
     kept_at = log.with_suffix(".json")
     if not log.name.endswith(".replay.mcap") or not kept_at.exists():

@@ -1,4 +1,4 @@
-"""What happened in a run and what people noted, as one list by time."""
+"""Events of a run and people's notes, as one list by time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names that tell runs shown together apart: the strategy, and what else differs among runs of one strategy."""
+"""Names that distinguish runs shown together: the strategy, and what else differs among runs of one strategy."""
 
 from __future__ import annotations
 

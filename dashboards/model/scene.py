@@ -1,4 +1,4 @@
-"""What can be seen of a run at one moment, as a pure function of a timeline and a stamp.
+"""The scene of a run at one moment, as a pure function of a timeline and a stamp.
 
 `scene_at` reads the timeline's arrays and answers a frozen `Scene`; the Viser app, the offline page, pictures and
 figures all show the same Scene.

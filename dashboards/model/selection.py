@@ -1,4 +1,4 @@
-"""What the replays kept in a folder say about the strategy to drive next, for the dashboard of that folder."""
+"""The strategy to drive next, from the replays stored in a folder, for the dashboard of that folder."""
 
 from __future__ import annotations
 

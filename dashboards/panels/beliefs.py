@@ -18,8 +18,8 @@ MAX_ROWS = 60
 MAX_ROOM_CHARS = 20
 HINTS = {
     "#": "Place in the intended order of search",
-    "belief": "Probability that the container holds the item. They may add up to more than 1: each container is "
-    "judged by itself, and there may be several of the item",
+    "belief": "Probability that the container holds the item. They may add up to more than 1, since "
+    "a house may hold several such items",
     "leg m": "Metres from the stop before it in the order of search",
 }
 

@@ -11,7 +11,7 @@ from dashboards.panels.markup import command, html, text
 
 HEIGHT_PX = 128
 TOP_PX, LOW_PX = 6, 6
-WIDE = 1000
+CHART_UNITS = 1000
 """Units across, whatever the panel's width."""
 MIN_BAND = 30
 MAX_BAND_RATIO = 2.0
@@ -66,7 +66,7 @@ def chart(
     rules = Markup("").join(
         html(
             '<line x1="0" x2="{}" y1="{:.1f}" y2="{:.1f}" class="grid" vector-effect="non-scaling-stroke"/>',
-            WIDE,
+            CHART_UNITS,
             _y(s),
             _y(s),
         )
@@ -94,7 +94,7 @@ def chart(
         end,
         command("strip"),
         HEIGHT_PX,
-        WIDE,
+        CHART_UNITS,
         HEIGHT_PX,
         rules,
         drawn,
@@ -116,7 +116,7 @@ def _y(share: float) -> float:
 
 
 def _band(band: Band, end: float, top: float) -> Markup:
-    x = min(WIDE * band.from_reading / end, WIDE - MIN_BAND)
+    x = min(CHART_UNITS * band.from_reading / end, CHART_UNITS - MIN_BAND)
     y = max(_y(band.high / top), -TOP_PX)
     return html(
         '<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="{}" '
@@ -124,7 +124,7 @@ def _band(band: Band, end: float, top: float) -> Markup:
         'vector-effect="non-scaling-stroke"><title>by the log: {:.1f} to {:.1f}</title></rect>',
         x,
         y,
-        WIDE - x,
+        CHART_UNITS - x,
         max(_y(band.low / top) - y, 1.0),
         band.colour,
         band.colour,
@@ -140,7 +140,7 @@ def _number(line: Line, end: float, top: float) -> Markup:
 
 
 def _line(line: Line, end: float, top: float) -> Markup:
-    at = Markup(" ").join(f"{WIDE * x / end:.1f},{_y(y / top):.1f}" for x, y in line.points)
+    at = Markup(" ").join(f"{CHART_UNITS * x / end:.1f},{_y(y / top):.1f}" for x, y in line.points)
     dash = Markup(' stroke-dasharray="5 4" stroke-opacity="0.8"') if line.dashed else ""
     return html(
         '<polyline points="{}" fill="none" stroke="{}" stroke-width="1.8" '

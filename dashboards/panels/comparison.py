@@ -60,9 +60,9 @@ def _warning(clock: Clock) -> Markup:
     first = clock.timelines[0]
     notes: list[str] = []
     if any(t.plan != first.plan for t in clock.timelines):
-        notes.append("These runs are of different places; only those of the first one's place fit the picture.")
+        notes.append("These runs are in different places; only those in the first one's place are drawn.")
     if any(t.run.task != first.run.task for t in clock.timelines):
-        notes.append("These runs are of different tasks; their costs do not compare.")
+        notes.append("These runs are of different tasks; their costs are not comparable.")
     return Markup("").join(html('<div class="warn">{}</div>', text(note)) for note in notes)
 
 

@@ -32,7 +32,7 @@ def title(timeline: Timeline, *, has_truth: bool = False) -> Markup:
     """
     info = timeline.run.info
     parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", _robot(info.source, has_truth=has_truth)]
-    notes = [] if timeline.run.complete else ["This log stops short of its end; it is shown as far as it goes."]
+    notes = [] if timeline.run.complete else ["This log was cut off; it is shown as far as it goes."]
     lost = gaps_of(timeline.run).lost
     if lost:
         notes.append(f"This log is not whole: {'; '.join(lost)}; see lios doctor.")
@@ -94,7 +94,7 @@ def _failure_note(scene: Scene) -> Markup:
     return html('<p class="warn">Ended because: {}.{}</p>', name(scene.why_ended, max_chars=MAX_TASK_CHARS), cost)
 
 
-class RunSigns(TypedDict):
+class RunLegend(TypedDict):
     """Which signs of the legend runs shown together need at some moment."""
 
     unopened: bool
@@ -103,8 +103,8 @@ class RunSigns(TypedDict):
     ghosts: bool
 
 
-def run_signs(timelines: Sequence[Timeline]) -> RunSigns:
-    return RunSigns(
+def run_signs(timelines: Sequence[Timeline]) -> RunLegend:
+    return RunLegend(
         unopened=bool(never_opened(timelines).any()),
         ended=any(t.ends_unseen for t in timelines),
         assumed=any(bool(t.imputed.any()) for t in timelines),

@@ -13,7 +13,7 @@ MARKS = {"done": "✓", "current": "▶", "next": "○"}
 MAX_STEPS = 60
 HINTS = {
     "P(there)": "Probability that the item is in this container",
-    "P(reached)": "Probability that the search goes on so far, the item not being found before",
+    "P(reached)": "Probability that the search gets this far without finding the item first",
     "leg m": "Metres from the stop before it",
 }
 

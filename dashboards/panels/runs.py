@@ -69,7 +69,7 @@ COLUMNS: Mapping[str, Callable[[RunRow], str | float | None]] = MappingProxyType
     }
 )
 """What rows can be ordered by. All but BELOW are columns: those first by which runs are compared."""
-BELOW = ("place", "seed", "file")
+SMALL_TYPE_FIELDS = ("place", "seed", "file")
 """What stands in small type below the strategy, so that the table need not be wider than its panel."""
 HINTS = {"cost": "The charged cost; the bounds of a replay whose cost its log cannot settle", "looks": "Searches"}
 GROUPS: Mapping[str, Callable[[RunRow], str]] = MappingProxyType(
@@ -96,7 +96,7 @@ def runs(rows: Sequence[RunRow], shown: tuple[int, ...], *, total: int, order: R
     page = min(order.page, (len(arranged) - 1) // PAGE_ROWS)
     first = page * PAGE_ROWS
     here = arranged[first : first + PAGE_ROWS]
-    titles = {title: title + _arrow(title, order) for title in COLUMNS if title not in BELOW}
+    titles = {title: title + _arrow(title, order) for title in COLUMNS if title not in SMALL_TYPE_FIELDS}
     commands = {shown_as: f"order {title}" for title, shown_as in titles.items()}
     hints = {shown_as: HINTS[title] for title, shown_as in titles.items() if title in HINTS}
     made = table(
@@ -110,7 +110,7 @@ def runs(rows: Sequence[RunRow], shown: tuple[int, ...], *, total: int, order: R
     )
     below = Markup(", ").join(
         html('<span class="seek" {}>{}</span>', command(f"order {title}"), title + _arrow(title, order))
-        for title in BELOW
+        for title in SMALL_TYPE_FIELDS
     )
     count = html(
         '<p class="muted">{} of {} runs. A name opens a run; + overlays it. Order also by {}.</p>',

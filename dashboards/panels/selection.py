@@ -75,7 +75,7 @@ def _trials(number_of: int, group: TrialGroup, verdicts: tuple[SelectionVerdict,
         for v, log in list(zip(verdicts, group.logs, strict=True))[-MAX_TRIALS:]
     ]
     head = ("trial", "log", "drive next", "out by proof", "regret")
-    hints = {"regret": "by how much the one to drive next may at most have cost more, a trial, than any other so far"}
+    hints = {"regret": "the most, per trial, by which the one to drive next may have cost more than any other so far"}
     return table(head, rows, key=f"trials{number_of}", classes=("n", "", "", "", "n"), hints=hints)
 
 

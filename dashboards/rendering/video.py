@@ -20,7 +20,7 @@ from workbench.terminal import progress
 
 CAPTION_LINE_PX = 19
 """Height of a line of a video's caption: its title, its moment, and one for each run."""
-AT_ONCE = 12
+FRAMES_PER_CALL = 12
 """Frames that the page draws between two answers."""
 
 
@@ -64,7 +64,7 @@ def draw_video(
         page.evaluate("([w, f]) => { window.lios.walls(w); window.lios.follow(f); }", [framing.walls, framing.follow])
         page.evaluate("(o) => window.liosFilm.begin(o)", _film(width, height, frames_a_second, framing))
         samples: list[Sample] = []
-        blocks = [moments[i : i + AT_ONCE] for i in range(0, count, AT_ONCE)]
+        blocks = [moments[i : i + FRAMES_PER_CALL] for i in range(0, count, FRAMES_PER_CALL)]
         for block in progress(blocks, title="drawing", total=len(blocks)):
             samples += _samples(page.evaluate("(m) => window.liosFilm.draw(m)", block))
         last = page.evaluate("() => window.liosFilm.end()")

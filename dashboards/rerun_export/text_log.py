@@ -1,4 +1,4 @@
-"""What happened in a run as lines of text: decisions, actions, looks, the outcome, and people's notes."""
+"""Events of a run as lines of text: decisions, actions, looks, the outcome, and people's notes."""
 
 from __future__ import annotations
 

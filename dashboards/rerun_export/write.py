@@ -29,7 +29,7 @@ APPLICATION = "lios"
 def write_rrd(timeline: Timeline, notes: Sequence[Note], output: Path, *, force: bool = False) -> int:
     """Write a run as a recording whose id is the run's; returns the size of the file in bytes.
 
-    Rerun gives each row an id of its own, so that two exports of one run differ in bytes, not in what they hold.
+    Rerun gives each row its own id, so that two exports of one run differ in bytes, not in what they hold.
 
     Args:
         notes: people's notes on the run.

@@ -22,7 +22,7 @@ STATIC = 20
 """How many first messages of a topic are searched for transforms that never change."""
 MAX_CACHED_TRANSFORMS = 4000
 """Messages whose transforms are cached."""
-DEEPEST = 32
+MAX_TREE_DEPTH = 32
 
 
 def matrix(position: Any, rotation: Any) -> Floats | None:
@@ -36,7 +36,7 @@ def matrix(position: Any, rotation: Any) -> Floats | None:
 def chained(parents: Mapping[str, tuple[str, Floats]], child: str, ancestor: str) -> Floats | None:
     """The pose of a frame in one of its ancestors, or None when the tree does not lead there."""
     at = np.eye(4)
-    for _ in range(DEEPEST):
+    for _ in range(MAX_TREE_DEPTH):
         if child == ancestor:
             return at
         if child not in parents:

@@ -21,7 +21,7 @@ MAX_CELLS = 250_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cells:
+class GridCells:
     """Squares on the floor.
 
     Attributes:
@@ -38,7 +38,7 @@ class Cells:
         return self.faces[np.tile(chosen, 2)]
 
 
-def grid_cells(message: Any, frames: Frames, stamp_ns: int) -> Cells | None:
+def grid_cells(message: Any, frames: Frames, stamp_ns: int) -> GridCells | None:
     """The blocked and near cells of a foxglove.Grid; None when it cannot be read or placed, or all is free.
 
     A field named like a distance holds metres to the nearest obstacle (Spot's obstacle_distance: at most 0 inside an
@@ -63,7 +63,9 @@ def grid_cells(message: Any, frames: Frames, stamp_ns: int) -> Cells | None:
     points[:, 2] = HEIGHT_M
     first = 4 * np.arange(len(rows))[:, None]
     faces = np.concatenate([first + np.array([0, 1, 2]), first + np.array([0, 2, 3])])
-    return Cells(vertices=points.astype(np.float32), faces=faces.astype(np.uint32), blocked=blocked[rows, columns])
+    return GridCells(
+        vertices=points.astype(np.float32), faces=faces.astype(np.uint32), blocked=blocked[rows, columns]
+    )
 
 
 def _values(message: Any) -> Floats | None:

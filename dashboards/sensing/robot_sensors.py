@@ -15,7 +15,7 @@ import numpy as np
 
 from dashboards.sensing.clouds import NOTHING, cloud_points, depth_points
 from dashboards.sensing.frames import Frames
-from dashboards.sensing.grids import Cells, grid_cells
+from dashboards.sensing.grids import GridCells, grid_cells
 from dashboards.sensing.pictures import Picture, picture_of
 from recorders.spot.session.topics import SessionStatus
 from replayers.runs.sensor_index import (
@@ -53,7 +53,7 @@ class RobotSensors:
         self._lenses = {t.topic: t for t in tracks.of_kind(LENS)}
         self._site: tuple[Ints, Floats32] | None = None
         self._pictures: Cache[tuple[str, int], Picture | None] = Cache(KEPT_PICTURES)
-        self._cells: Cache[tuple[str, int], Cells | None] = Cache(KEPT_GRIDS)
+        self._cells: Cache[tuple[str, int], GridCells | None] = Cache(KEPT_GRIDS)
 
     @property
     def path(self) -> Path:
@@ -79,7 +79,7 @@ class RobotSensors:
         found = (self._picture(t.topic, t.last_at(stamp_ns)) for t in self._tracks.of_kind(PICTURE))
         return tuple(picture for picture in found if picture is not None)
 
-    def grid(self, stamp_ns: int) -> Cells | None:
+    def grid(self, stamp_ns: int) -> GridCells | None:
         """The newest local grid, if it is not too old."""
         for track in self._grids():
             index = track.last_at(stamp_ns)
@@ -89,7 +89,7 @@ class RobotSensors:
 
     @property
     def has_status(self) -> bool:
-        """Whether the log tells how its session went."""
+        """Whether the log records how its session went."""
         return bool(self._tracks.of_kind(SESSION_STATUS))
 
     def status(self, stamp_ns: int) -> SessionStatus | None:
@@ -143,10 +143,10 @@ class RobotSensors:
         lens = self._nearest(self._lenses.get(f"{topic}/calibration"), stamp)
         return picture_of(message, topic, stamp, self._frames, lens=lens, raw=raw)
 
-    def _grid(self, topic: str, index: int) -> Cells | None:
+    def _grid(self, topic: str, index: int) -> GridCells | None:
         return self._cells.get((topic, index), lambda: self._read_grid(topic, index))
 
-    def _read_grid(self, topic: str, index: int) -> Cells | None:
+    def _read_grid(self, topic: str, index: int) -> GridCells | None:
         track = self._tracks.tracks[topic]
         message = self._tracks.message(track, index)
         return grid_cells(message, self._frames, int(track.stamps_ns[index])) if message is not None else None
@@ -159,8 +159,12 @@ class RobotSensors:
 def sensors_of(path: Path) -> RobotSensors | None:
     """The sensors of a log; None for a log without any."""
     tracks = sensor_tracks(path)
-    senses = RobotSensors(tracks)
-    return senses if senses.cameras or senses.has_clouds or senses.has_grids or senses.has_status else None
+    robot_sensors = RobotSensors(tracks)
+    return (
+        robot_sensors
+        if robot_sensors.cameras or robot_sensors.has_clouds or robot_sensors.has_grids or robot_sensors.has_status
+        else None
+    )
 
 
 def _may_hold_points(track: TopicIndex) -> bool:

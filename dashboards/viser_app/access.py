@@ -1,4 +1,4 @@
-"""Who may talk to the dashboard: checks of Host, Origin and token, as pure functions of one request's head.
+"""Access to the dashboard: checks of Host, Origin and token, as pure functions of one request's head.
 
 A browser that shows a stranger's page will connect to servers of this machine for it. Three checks, all of which must
 pass, stop that: Host against names that were pointed at this machine (DNS rebinding), Origin against pages other than
@@ -128,10 +128,10 @@ class Access:
             return _no("This is not an address of the dashboard. Use the one that it printed, or an IP address.")
         host = hosts[0].strip().lower()
         if not all(same_origin(origin, host) for origin in headers.get_all("Origin")):
-            return _no("Another website's page asked for this. Only the dashboard's own page is answered.")
+            return _no("This request came from another website. Only the dashboard's own page is answered.")
         fields = _fields(path)
         if fields is None or any(key in FOREIGN_FIELDS for key, _ in fields):
-            return _no("This address would make the page listen to another server. Use the one that was printed.")
+            return _no("This address would connect the page to another server. Use the one that was printed.")
         if self.token is None:
             return Granted()
         cookie = _cookie_name(host)

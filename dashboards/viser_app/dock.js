@@ -34,7 +34,7 @@
         place();
       }
     }
-    setTimeout(find, 500);
+    setTimeout(find, canvas && timeline ? 500 : 30); // soon: another size of the first picture would be drawn anew
   }
   find();
 })();

@@ -54,7 +54,7 @@ class Follower:
                 continue
             self._sizes[index] = size
             try:
-                self._library.take_up(index)
+                self._library.read_growth(index)
             except LiosError:
                 continue  # A record is only partly on disk; the next reading will find the rest.
             grew = True

@@ -61,7 +61,7 @@ class GhostWatch:
         self._sessions = sessions
         self._folder = tempfile.TemporaryDirectory(prefix="lios-ghosts-")
         output = Path(self._folder.name)
-        self.runs = library.await_logs([ghost_log(output, name) for name in names])
+        self.runs = library.expect_logs([ghost_log(output, name) for name in names])
         library.ghosts = GhostReport()
         self.process = GhostProcess(library.paths[0], names, output=output, origin=NameOrigin.USER)
         self._trouble = ViewErrors("of the ghosts")
@@ -89,7 +89,7 @@ class GhostWatch:
             report = msgspec.structs.replace(before, note=report.note, ended=report.ended)
         self.library.ghosts = report
         for run in self.runs:
-            if not self.library.awaits(run):
+            if not self.library.is_expected(run):
                 try:
                     self.library.reread(run)
                 except LiosError:

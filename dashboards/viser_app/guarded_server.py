@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gzip
 import io
 import logging
 import threading
@@ -34,14 +35,20 @@ class CannotGuard(Failed):
         )
 
 
-def guarded_server(access: Access, *, port: int, label: str) -> viser.ViserServer:
+def guarded_server(access: Access, *, port: int, label: str, head: str = "") -> viser.ViserServer:
     """A running Viser server that asks `access` before it answers anything, pages and WebSockets alike.
+
+    Args:
+        access: the rules.
+        port: 0 for any free one.
+        label: the page's title in Viser's own messages.
+        head: a script that runs in the page before Viser's own.
 
     Raises:
         CannotGuard: the checks could not be put in place; nothing is left running.
     """
     with contextlib.redirect_stdout(io.StringIO()):
-        with _each_request_checked(access) as places:
+        with _each_request_checked(access, head) as places:
             server = viser.ViserServer(host=access.host, port=port, label=label, verbose=False)
         if not places:
             server.stop()
@@ -50,7 +57,7 @@ def guarded_server(access: Access, *, port: int, label: str) -> viser.ViserServe
 
 
 @contextlib.contextmanager
-def _each_request_checked(access: Access) -> Generator[list[str]]:
+def _each_request_checked(access: Access, head: str) -> Generator[list[str]]:
     """While it is open, servers that Viser starts check each request; yields where that was done.
 
     Viser offers no way to see a request before it is answered. It does start its server by
@@ -68,7 +75,7 @@ def _each_request_checked(access: Access) -> Generator[list[str]]:
         if not module.startswith("viser."):
             return original(handler, *args, **options)
         places.append(module)
-        options["process_request"] = _checked(access, options.get("process_request"))
+        options["process_request"] = _checked(access, options.get("process_request"), head)
         options["logger"] = quiet
         return original(handler, *args, **options)
 
@@ -80,8 +87,9 @@ def _each_request_checked(access: Access) -> Generator[list[str]]:
             websockets_server.serve = original
 
 
-def _checked(access: Access, answer: Process | None) -> Process:
+def _checked(access: Access, answer: Process | None, head: str) -> Process:
     """Viser's answer to a request, given only where access is granted."""
+    pages: dict[bytes, bytes] = {}
 
     def process(connection: ServerConnection, request: Request) -> Any:
         page = not _opens_websocket(request)
@@ -90,10 +98,33 @@ def _checked(access: Access, answer: Process | None) -> Process:
             return _kept_private(connection.respond(verdict.status, verdict.words + "\n"))
         if isinstance(verdict, Granted):
             response = answer(connection, request) if answer is not None else None
-            return _kept_private(response) if isinstance(response, Response) else response
+            if not isinstance(response, Response):
+                return response
+            _put_first(response, head, pages)
+            return _kept_private(response)
         return _handed_over(connection.respond(HTTPStatus.OK, _entrance(verdict.query)), verdict, access)
 
     return process
+
+
+def _put_first(response: Response, script: str, pages: dict[bytes, bytes]) -> None:
+    """Puts a script before all others of a page.
+
+    Args:
+        response: what Viser answers; left alone unless it is an HTML page.
+        script: JavaScript.
+        pages: pages that were changed before, by Viser's body: it always answers with the same.
+    """
+    given, packed = bytes(response.body or b""), response.headers.get("Content-Encoding") == "gzip"
+    if not script or not response.headers.get("Content-Type", "").startswith("text/html"):
+        return
+    if given not in pages:
+        page = gzip.decompress(given) if packed else given
+        changed = page.replace(b"<head>", b"<head><script>" + script.encode() + b"</script>", 1)
+        pages[given] = gzip.compress(changed, compresslevel=1) if packed else changed
+    response.body = pages[given]
+    del response.headers["Content-Length"]
+    response.headers["Content-Length"] = str(len(pages[given]))
 
 
 def _opens_websocket(request: Request) -> bool:

@@ -9,18 +9,22 @@ import socket
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from threading import Thread
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import viser
 
 from dashboards.library.library import Library
+from dashboards.model.scene import scene_at
+from dashboards.resources import resource
 from dashboards.viser_app.access import Access, token_for_a_run
 from dashboards.viser_app.cameras import begin_at, fitted
 from dashboards.viser_app.following import Follower
 from dashboards.viser_app.guarded_server import guarded_server
 from dashboards.viser_app.panel.controls import Controls
 from dashboards.viser_app.session import Session
+from dashboards.viser_app.view_errors import ViewErrors
 from dashboards.viser_app.view_state import ViewState
 from workbench.errors import InputError
 
@@ -107,17 +111,19 @@ def serve(
     _check_port(host, port)
     # A browser may disconnect at any moment; messages queued for it can be dropped.
     warnings.filterwarnings("ignore", message="Queued .* on a closed connection", category=UserWarning)
-    server = guarded_server(access, port=port, label="LIOS workbench")
+    server = guarded_server(access, port=port, label="LIOS workbench", head=resource("viser_app/head.js"))
     dashboard = Dashboard(server, token=access.token)
     shape = library.shape(library.timeline(state.runs[0]).plan)
+    Thread(target=_prepare, args=(library, state), name="prepare", daemon=True).start()
     begin_at(server, fitted(shape, aspect=USUAL_ASPECT))
 
     def arrive(client: viser.ClientHandle) -> None:
         ghosts = dashboard.ghosts.runs if dashboard.ghosts is not None else ()
-        session = Session(client, library, replace(state, runs=(*state.runs, *ghosts)))
-        dashboard.sessions[client.client_id] = session
-        Controls(session)
-        session.start()
+        with client.atomic():  # the browser builds its page once, not part by part
+            session = Session(client, library, replace(state, runs=(*state.runs, *ghosts)))
+            dashboard.sessions[client.client_id] = session
+            Controls(session)
+            session.start()
         if client.client_id not in server.get_clients():
             leave(client)  # It disconnected while its view was being built; its disconnect event came too early.
 
@@ -129,6 +135,15 @@ def serve(
     server.on_client_connect(arrive)
     server.on_client_disconnect(leave)
     return dashboard
+
+
+def _prepare(library: Library, state: ViewState) -> None:
+    """Works out the first moment once, while a browser is still loading its page: loading and caches take a while."""
+    for run in state.runs:
+        with ViewErrors("getting ready").caught(library.paths[run].name, lambda _: None):
+            if not library.is_expected(run):
+                timeline = library.timeline(run)
+                scene_at(timeline, timeline.start_ns, focus=state.focus)
 
 
 def _check_port(host: str, port: int) -> None:

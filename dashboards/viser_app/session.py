@@ -54,7 +54,7 @@ class Session:
         self.stage = Stage(client)
         self.camera = FittedCamera(client, self._shape)
         self.sensors = SensorLayers(client, self._show_again)
-        self.senses: RobotSensors | None = None
+        self.robot_sensors: RobotSensors | None = None
         self.unopened: Bools = np.zeros(0, dtype=np.bool_)
         """Containers of the place that none of the runs opened."""
         self.clock = Clock(timelines=())
@@ -66,8 +66,8 @@ class Session:
         self.listers: dict[str, Callable[[str], None]] = {}
         """What arranges the table of runs, by the verb of its command."""
         self.settlers: list[Callable[[Session], None]] = []
-        self.trouble = ViewErrors(str(client.client_id))
-        self.troubled: list[Callable[[str], None]] = []
+        self.view_errors = ViewErrors(str(client.client_id))
+        self.error_listeners: list[Callable[[str], None]] = []
         """Called with an error as one line; with an empty one when it is resolved."""
         self._wake = Condition()
         self._dirty, self._stirred, self._alive = True, False, True
@@ -79,10 +79,13 @@ class Session:
         self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
 
     def start(self) -> None:
-        self.stage.light()
-        self.client.scene.on_click()(self._clicked)
-        self.camera.begin()
-        self._run_safely(lambda: self._open(self.state))
+        """Shows the first moment, in one message, and then whatever is asked for."""
+        with self.client.atomic():
+            self.stage.light()
+            self.client.scene.on_click()(self._clicked)
+            self.camera.begin()
+            self._run_safely(self._show)
+        self.client.flush()
         self._thread.start()
 
     def stop(self) -> None:
@@ -106,7 +109,7 @@ class Session:
             begins = not self.state.playing
             self.change(at=0.0 if begins and self._is_over(self.state.at) else None, playing=begins)
 
-    def stir(self) -> None:
+    def mark_unsettled(self) -> None:
         """The camera, which is not part of the state, has moved: the view has to settle again."""
         with self._wake:
             self._stirred = True
@@ -209,7 +212,7 @@ class Session:
     def _can_read(self, run: int) -> bool:
         """Whether a log can be shown; if not, the browser says why. One log must not break the view of the others."""
         read = False
-        with self.trouble.caught(self.library.paths[run].name, lambda line: self.tell("A log is left out", line)):
+        with self.view_errors.caught(self.library.paths[run].name, lambda line: self.tell("A log is left out", line)):
             self.library.timeline(run)
             read = True
         return read
@@ -234,7 +237,7 @@ class Session:
         wanted = (state.runs, self._revision)
         if self._opened == wanted and self.clock.alignment == state.alignment:
             return
-        readable = [run for run in state.runs if not self.library.awaits(run) and self._can_read(run)]
+        readable = [run for run in state.runs if not self.library.is_expected(run) and self._can_read(run)]
         timelines = tuple(self.library.timeline(run) for run in readable)
         same = self._opened is not None and self._readable == tuple(readable)
         self._readable = tuple(readable)
@@ -243,8 +246,8 @@ class Session:
         self.unopened = unopened(timelines)
         if timelines and not same:
             self._prepare_stage(timelines, first=self._opened is None, before=before)
-        self.senses = self.library.senses(readable[0]) if readable else None
-        self.sensors.open(self.senses)
+        self.robot_sensors = self.library.robot_sensors(readable[0]) if readable else None
+        self.sensors.open(self.robot_sensors)
         self._opened = wanted
         if state.live:
             self.change(at=self.clock.end, live=True)
@@ -258,7 +261,7 @@ class Session:
         if elsewhere:
             self.stage.show_house(timelines[0].run.place, timelines[0].run.task, self.library.shape(plan))
             self._walls = ""
-        self.stage.cast(
+        self.stage.set_runs(
             [run_colour(i) for i in range(len(timelines))],
             run_names([t.run for t in timelines]),
             [t.plan == plan for t in timelines],
@@ -300,11 +303,11 @@ class Session:
     def _run_safely(self, act: Callable[[], None]) -> None:
         """Does a thing; when it fails, the tab says so, and drawing goes on."""
         lines: list[str] = []
-        with self.trouble.caught("this moment", lines.append):
+        with self.view_errors.caught("this moment", lines.append):
             act()
-        for troubled in self.troubled:
-            with self.trouble.caught("what went wrong", lines.append):
-                troubled("".join(lines[:1]))
+        for error_listeners in self.error_listeners:
+            with self.view_errors.caught("what went wrong", lines.append):
+                error_listeners("".join(lines[:1]))
 
     def _show_room_names(self) -> None:
         view = view_of(self.client.camera) if self.state.room_names else None
@@ -347,13 +350,15 @@ class Session:
         self.stage.show_occupancy(state.occupancy or not self.clock.timelines[0].run.place.plan.walls)
         stamps = self.clock.stamps(state.at)
         scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
-        self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
-        self.stage.show_items(self._items(scenes[0]))
+        with self.client.atomic():  # one message: the browser draws the moment once, not part by part
+            self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
+            self.stage.show_items(self._items(scenes[0]))
+            self.sensors.show(
+                scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
+            )
+            if state.follow:
+                look(self.client, behind(scenes[0].robot))
+            for watcher in self.watchers:
+                watcher(self, scenes)
+        self.client.flush()
         self._show_room_names()
-        self.sensors.show(
-            scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
-        )
-        if state.follow:
-            look(self.client, behind(scenes[0].robot))
-        for watcher in self.watchers:
-            watcher(self, scenes)

@@ -1,4 +1,4 @@
-"""Everything that decides what one browser shows: runs, moment, clock, item, layers."""
+"""The state that decides what one browser shows: runs, moment, clock, item, layers."""
 
 from __future__ import annotations
 

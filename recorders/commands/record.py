@@ -46,7 +46,7 @@ def record(
     ] = None,
     moved: Annotated[
         float,
-        Option("--moved", help="Share of the items that are moved from where the house's file has them."),
+        Option("--moved", help="Share of the items to move away from where the house file puts them."),
     ] = 0.0,
     assets: AssetsOrBeside = None,
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),

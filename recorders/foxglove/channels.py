@@ -65,7 +65,7 @@ class ViewerMessages:
             yield from self._robot(self._place.standing.get(START, self._place.plan.start), stamp_ns)
         yield LOG, foxglove_scene.words(f"Task: {self._title}", stamp_ns), stamp_ns
 
-    def tell(self, event: Event) -> Iterator[ViewerMessage]:
+    def messages_for(self, event: Event) -> Iterator[ViewerMessage]:
         """The viewer messages of one event, sorted by stamp."""
         match event:
             case ContainerObserved():

@@ -1,4 +1,4 @@
-"""A WebSocket relay in front of the Foxglove SDK's server: who may look, and by which name the protocol is asked for.
+"""A WebSocket relay in front of the Foxglove SDK's server: checks of clients, and the protocol's old name.
 
 The SDK answers every web page that a browser shows, and knows the protocol by its new name alone: foxglove-sdk 0.30.3
 refuses `foxglove.websocket.v1` with HTTP 400, for which npm's @foxglove/ws-protocol 0.8.0 asks, and Lichtblick before
@@ -57,7 +57,7 @@ class RelayBroke(Failed):
 
 @final
 class Relay:
-    """Listens for viewers and passes their frames to the SDK's server and back. Runs in a thread of its own.
+    """Listens for viewers and passes their frames to the SDK's server and back. Runs in its own thread.
 
     Args:
         host, port: where to listen; port 0 takes any free one.

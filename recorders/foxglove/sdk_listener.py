@@ -1,4 +1,4 @@
-"""What the Foxglove SDK calls when viewers subscribe or ask to play; imported only where the SDK is installed."""
+"""Callbacks of the Foxglove SDK for subscriptions and playback; imported only where the SDK is installed."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def protobuf_channel(
     """A channel of a protobuf class, such as Foxglove's, with its descriptors.
 
     Args:
-        uncertain: the stamps of its messages are by an old skew; a channel of its own beside the topic's other one.
+        uncertain: the stamps of its messages are by an old skew; a second channel beside the topic's other one.
     """
     from mcap_protobuf.schema import build_file_descriptor_set  # loads protobuf: a tenth of a command's start
 

@@ -83,6 +83,7 @@ class PackedChunk:
         size, crc: of the records inside, before compression.
         start_ns, end_ns: first and last log time; 0 without messages.
         index: log times and offsets in the chunk, for each channel id.
+        data_crc: checksum of `data`; None where it is not known.
     """
 
     data: bytes | memoryview
@@ -92,6 +93,7 @@ class PackedChunk:
     start_ns: int
     end_ns: int
     index: Mapping[int, Sequence[tuple[int, int]]]
+    data_crc: int | None = None
 
     def at(self, offset: int) -> tuple[Sequence[bytes | memoryview], ChunkIndex]:
         """The chunk with its message indexes, in pieces, and its entry for the summary."""

@@ -14,7 +14,9 @@ import errno
 import os
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from importlib.metadata import version
+from itertools import zip_longest
 from pathlib import Path
 from typing import Self, final
 
@@ -31,6 +33,7 @@ from mcap.records import (
 )
 
 from recorders.mcap_io.chunk import Chunk, Compression, PackedChunk
+from recorders.mcap_io.crc32 import combined_crc
 from recorders.mcap_io.file import CannotCreate, create, reopen
 from recorders.mcap_io.index import MAGIC, LogIndex, record_bytes
 from workbench import __version__
@@ -38,6 +41,8 @@ from workbench.errors import Failed
 
 LIBRARY = f"lios-workbench/{__version__} mcap-python/{version('mcap')}"
 CHUNK_BYTES = 1 << 20
+WRITE_BACK_BYTES = 16 << 20
+"""The disk begins with what was written whenever it is this much, so that the sync at the end waits for little."""
 KEEP_FREE_BYTES = 16 << 20
 """Free disk space in bytes at which recording stops, so that the log can still be closed properly."""
 
@@ -216,7 +221,7 @@ class McapWriter:
         for record in declared:
             self._index.learn(record)
         parts, entry = chunk.at(self._offset)
-        self._put_chunk(parts, entry)
+        self._put_chunk(parts, entry, crcs=(None, chunk.data_crc, None))
         for channel_id, stamps in chunk.index.items():
             self._index.count_all(channel_id, stamps)
 
@@ -295,10 +300,12 @@ class McapWriter:
             if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # a pipe or device cannot be synced
                 raise DiskFull(self.path, error.strerror or str(error)) from error
 
-    def _put_chunk(self, parts: Sequence[bytes | memoryview], entry: ChunkIndex) -> None:
+    def _put_chunk(
+        self, parts: Sequence[bytes | memoryview], entry: ChunkIndex, *, crcs: Sequence[int | None] = ()
+    ) -> None:
         if self._no_room_for(sum(map(len, parts))):
             self._stop_in_time(f"less than {self._keep_free_bytes >> 20} MiB of the disk are free")
-        self._put(*parts)
+        self._put(*parts, crcs=crcs)
         self._index.chunks.append(entry)
 
     def _no_room_for(self, size: int) -> bool:
@@ -325,8 +332,12 @@ class McapWriter:
         self._index.first_ns, self._index.last_ns = min(stamps, default=0), max(stamps, default=0)
         self._chunk = Chunk()
 
-    def _put(self, *parts: bytes | memoryview) -> None:
-        """Write all or nothing: after a failure the file ends with its last complete record."""
+    def _put(self, *parts: bytes | memoryview, crcs: Sequence[int | None] = ()) -> None:
+        """Write all or nothing: after a failure the file ends with its last complete record.
+
+        Args:
+            crcs: checksums of the parts, as far as they are known.
+        """
         try:
             for part in parts:
                 view = memoryview(part)
@@ -335,10 +346,25 @@ class McapWriter:
         except OSError as error:
             self._cut_back()
             raise DiskFull(self.path, error.strerror or str(error)) from error
-        for part in parts:
+        self._begin_write_back(sum(map(len, parts)))
+        for part, crc in zip_longest(parts, crcs):
             self._offset += len(part)
             if self._data_crc is not None:  # None: appending to a log without a checksum
-                self._data_crc = zlib.crc32(part, self._data_crc)
+                known = crc is not None
+                self._data_crc = (
+                    combined_crc(self._data_crc, crc, len(part)) if known else zlib.crc32(part, self._data_crc)
+                )
+
+    def _begin_write_back(self, size: int) -> None:
+        """Let the disk begin with a block of WRITE_BACK_BYTES when the next bytes complete it.
+
+        POSIX_FADV_DONTNEED begins to write what is not on disk yet, and waits for nothing.
+        """
+        ends = (self._offset + size) // WRITE_BACK_BYTES * WRITE_BACK_BYTES
+        begins = self._offset // WRITE_BACK_BYTES * WRITE_BACK_BYTES
+        if ends > begins and hasattr(os, "posix_fadvise"):
+            with suppress(OSError):  # a pipe or device
+                os.posix_fadvise(self._file.fileno(), begins, ends - begins, os.POSIX_FADV_DONTNEED)
 
     def _cut_back(self) -> None:
         self._closed = True

@@ -1,1 +1,1 @@
-"""Where recorded messages go: files, split files, a ring buffer, a writing thread."""
+"""Sinks of recorded messages: files, split files, a ring buffer, a writing thread."""

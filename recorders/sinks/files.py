@@ -2,7 +2,7 @@
 
 LogFiles        to one file, or to parts of bounded size or time, each of which opens alone
 RingBuffer      the last seconds in memory, saved on demand                        (ring_buffer.py)
-ThreadedSink    to another sink by a thread of its own, without blocking the caller (threaded.py)
+ThreadedSink    to another sink in its own thread, without blocking the caller (threaded.py)
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from recorders.sinks.files import Sink
 from workbench.terminal import say
 
 
-class Audience(Protocol):
+class ViewerFeed(Protocol):
     """What messages are shown to; `publish` must not block."""
 
     def publish(self, channel: ChannelSpec, data: bytes, *, log_time: int) -> None: ...
@@ -28,9 +28,9 @@ class MirroredSink:
         on_trouble: called once with a message if showing ends; by default it prints to standard error.
     """
 
-    def __init__(self, inner: Sink, audience: Audience, *, on_trouble: Callable[[str], None] = say) -> None:
+    def __init__(self, inner: Sink, audience: ViewerFeed, *, on_trouble: Callable[[str], None] = say) -> None:
         self._inner = inner
-        self._audience: Audience | None = audience
+        self._audience: ViewerFeed | None = audience
         self._on_trouble = on_trouble
 
     @property
@@ -61,7 +61,7 @@ class MirroredSink:
 
 
 @contextmanager
-def watched(name: str, port: int | None) -> Generator[Audience | None]:
+def watched(name: str, port: int | None) -> Generator[ViewerFeed | None]:
     """A server for viewers on this machine while it is open; None without a port.
 
     Raises:

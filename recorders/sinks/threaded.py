@@ -1,4 +1,4 @@
-"""A sink that writes in a thread of its own, so that recording never blocks the robot.
+"""A sink that writes in its own thread, so that recording never blocks the robot.
 
 The queue is bounded in bytes. If the disk cannot keep up, messages of ordinary channels are dropped first, those of
 important ones (decisions) only at twice the bound; dropped messages are counted by topic and logged as
@@ -40,7 +40,7 @@ class RecorderStopped(Failed):
 
 @final
 class ThreadedSink:
-    """A Sink that passes everything to another sink in a thread of its own. `write` neither blocks nor raises.
+    """A Sink that passes everything to another sink in its own thread. `write` neither blocks nor raises.
 
     Args:
         inner: the sink that writes; from now on used only by this thread.
@@ -72,7 +72,7 @@ class ThreadedSink:
         self._urgent = threading.Event()
         self._flush_wanted = False
         self._closing = False
-        self.trouble: LiosError | None = None
+        self.stop_reason: LiosError | None = None
         self._thread = threading.Thread(target=self._work, name="lios-recorder", daemon=True)
         self._thread.start()
 
@@ -95,7 +95,7 @@ class ThreadedSink:
         """Queue a message; False if it was dropped and counted."""
         bound = self._queue_bytes * (2 if channel.important else 1)
         with self._lock:
-            if self.trouble is not None or self._closing or self._waiting_bytes + len(data) > bound:
+            if self.stop_reason is not None or self._closing or self._waiting_bytes + len(data) > bound:
                 self._dropped[channel.topic] = self._dropped.get(channel.topic, 0) + 1
                 return False
             self._enqueue(StoredMessage(channel, data, log_time, publish_time), len(data))
@@ -104,7 +104,7 @@ class ThreadedSink:
     def submit(self, job: Callable[[], None]) -> None:
         """Queue a job that the thread executes between messages, in order; it writes to the inner sink."""
         with self._lock:
-            if self.trouble is None and not self._closing:
+            if self.stop_reason is None and not self._closing:
                 self._enqueue(job, JOB_BYTES)
 
     def attach(self, name: str, media_type: str, data: bytes, *, log_time: int) -> None:
@@ -125,7 +125,7 @@ class ThreadedSink:
         self.submit(lambda: (self._inner.flush(), done.set())[0])
         self._urgent.set()
         deadline = time.monotonic() + timeout_s
-        while not done.wait(GATHER_S) and self.trouble is None and time.monotonic() < deadline:
+        while not done.wait(GATHER_S) and self.stop_reason is None and time.monotonic() < deadline:
             pass
         return done.is_set()
 
@@ -165,7 +165,9 @@ class ThreadedSink:
         except LiosError as error:
             self._stop(error)
         finally:
-            if not finished and self.trouble is None:  # a programming error: report it, and let threading print it
+            if (
+                not finished and self.stop_reason is None
+            ):  # a programming error: report it, and let threading print it
                 self._stop(RecorderStopped(self._inner.path))
 
     def _drain_queue(self) -> bool:
@@ -188,7 +190,7 @@ class ThreadedSink:
 
     def _stop(self, error: LiosError) -> None:
         with self._lock:
-            self.trouble = error
+            self.stop_reason = error
             for order, _ in self._queue:
                 if isinstance(order, StoredMessage):
                     self._dropped[order.channel.topic] = self._dropped.get(order.channel.topic, 0) + 1

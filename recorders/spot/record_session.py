@@ -11,7 +11,7 @@ from typing import Any
 from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import LogFiles, Sink, Split
-from recorders.sinks.mirrored import Audience
+from recorders.sinks.mirrored import ViewerFeed
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
@@ -34,7 +34,7 @@ from workbench.worlds.sites.site import Site
 
 OPERATOR = "operator"
 """The strategy that the log of a session names."""
-ASKED_LATER = "best"
+REPLAY_ESTIMATOR = "best"
 """The estimator for replays of a session, which itself used none."""
 POLL_S = 0.05
 
@@ -63,7 +63,7 @@ class SessionPlan:
     furniture_open: bool = False
     operator_name: str = ""
     log_serial: bool = True
-    audience: Audience | None = None
+    audience: ViewerFeed | None = None
     show_status: Callable[[SessionStatus], None] | None = None
 
 
@@ -176,7 +176,9 @@ def record_session(
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
         with stop_on_signals(stop), session, keys:
-            while not ending.over and not stop.is_pressed and recorder.trouble is None and time.monotonic() < until:
+            while (
+                not ending.over and not stop.is_pressed and recorder.stop_reason is None and time.monotonic() < until
+            ):
                 time.sleep(POLL_S)
         seconds = time.monotonic() - began
         ended = derived.end(status=ending.status, reason=ending.reason)
@@ -269,5 +271,5 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
-    driver = Driver(strategy=OPERATOR, estimator=ASKED_LATER)
+    driver = Driver(strategy=OPERATOR, estimator=REPLAY_ESTIMATOR)
     return robot_run_info(connection, site, task, driver, id_salt="session")

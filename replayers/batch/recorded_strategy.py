@@ -1,4 +1,4 @@
-"""The name under which a log's own strategy is found here, if it is one that a log may name.
+"""The loadable name of the strategy that recorded a log, if it is one that a log may name.
 
 Logs of "module:Class" hold what the planner calls itself. A log's name runs built-in and installed code alone; what
 else it names, a user must name (workbench/plugins.py).

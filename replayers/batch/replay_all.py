@@ -42,7 +42,7 @@ __all__ = [
     "strategies_named",
 ]
 
-FEW_OPEN = 6
+MIN_OPEN_FOR_WORKERS = 6
 """With fewer open containers, one process replays a log before others would have started."""
 
 
@@ -156,7 +156,11 @@ def _much_to_make(one: LogReplayer, wanted: ReplayRequest) -> tuple[str, ...]:
     if one.failure is not None:
         return ()
     names = tuple(name for name in wanted.strategies if one.known_outcome(name) is None)
-    if not names or not isinstance(one.prepared, PreparedLog) or len(one.prepared.evidence.open) < FEW_OPEN:
+    if (
+        not names
+        or not isinstance(one.prepared, PreparedLog)
+        or len(one.prepared.evidence.open) < MIN_OPEN_FOR_WORKERS
+    ):
         return ()
     return names
 

@@ -18,7 +18,7 @@ MAX_NAMED = 20
 def parts_of_one_run(logs: Iterable[Path]) -> dict[Path, tuple[Path, ...]]:
     """For each log that is a part of a split run, all parts of it that are there; a part alone is left out.
 
-    What cannot be read is no part: whoever reads it tells why.
+    What cannot be read is no part: reading it says why.
     """
     runs: dict[tuple[tuple[str, str], ...], list[Path]] = {}
     for log in logs:

@@ -126,7 +126,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def replays_html(replays: Iterable[StoredReplay], *, note: str = "") -> str:
-    """A table with one row for each replay: its cost, as far as the log can tell, and how its run ended.
+    """A table with one row for each replay: its cost, as far as the log shows, and how its run ended.
 
     Args:
         note: a line below it.
@@ -239,14 +239,16 @@ def read_replay(path: Path) -> StoredReplay:
         if version != RECORD_VERSION:
             raise MalformedFile(
                 path,
-                f"a replay kept by another release (version {version}, this one writes {RECORD_VERSION})",
+                f"a replay stored by another release (version {version}, this one writes {RECORD_VERSION})",
                 "Make it again: lios replay LOG -o DIR",
             )
         return msgspec.convert(_with_infinities(msgspec.json.decode(data)), StoredReplay)
     except FileNotFoundError:
         raise FileMissing(path) from None
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-        raise MalformedFile(path, f"this is no kept replay ({error})", "Make it again: lios replay -o DIR") from error
+        raise MalformedFile(
+            path, f"this is not a stored replay ({error})", "Make it again: lios replay -o DIR"
+        ) from error
 
 
 def replays_in(folder: Path, *, on_skipped: Callable[[MalformedFile], None] | None = None) -> Iterator[StoredReplay]:

@@ -108,7 +108,7 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
     origin = origin if strategy_name else NameOrigin.LOG
     if needs_truth(name):
         return _compared(run, _with_truth(run, name, origin), ())
-    estimator, note = _believer(run, evidence)
+    estimator, note = _recorded_estimator(run, evidence)
     notes = tuple(n for n in (*evidence.notes, note) if n)
 
     def again(planner: Strategy) -> Iterator[Event]:
@@ -137,7 +137,7 @@ def _with_solver_named(run: Run, name: str) -> Run:
     )
 
 
-def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
+def _recorded_estimator(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
     """The estimator of the run, if it is available with the same weights; else its beliefs as logged."""
     recorded = run.info.estimator
     by_the_log = by_answers(evidence)
@@ -161,7 +161,7 @@ def _with_truth(run: Run, name: str, origin: NameOrigin) -> Iterable[Event]:
     if run.truth is None:
         raise Unsupported(f"{run.path}: {name} knows the whole house, and this log holds no ground truth.")
     prepared = prepare_log(run, ReplaySettings(worlds=0, with_truth=True))
-    prepared = replace(prepared, estimator=_believer(run, prepared.evidence)[0])
+    prepared = replace(prepared, estimator=_recorded_estimator(run, prepared.evidence)[0])
     return in_truth(prepared, strategy(name, origin=origin, house=prepared.truth))
 
 

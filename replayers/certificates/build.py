@@ -82,6 +82,8 @@ def _require_plain(prepared: PreparedLog, evidence: Evidence) -> None:
         raise NotCertifiable(log, "the log is not whole")
     if evidence.corrections:
         raise NotCertifiable(log, "a person corrected what its looks show")
+    if evidence.partly:
+        raise NotCertifiable(log, "something was picked up in it where no look counts")
     if evidence.imputed:
         raise NotCertifiable(log, "the log is of an imagined world")
     if evidence.misses:

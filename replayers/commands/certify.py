@@ -21,7 +21,7 @@ def certify(
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Certify what a strategy costs over a log, so that others can check it without this program.
+    """Certify what a strategy costs over a log, for others to check without this program.
 
     The certificate holds the log's hash, every branch of the strategy's run with its actions and their costs, and the
     worlds at both ends. tools/check_claim.py checks it against the log; it imports nothing of this project.

@@ -37,11 +37,12 @@ def compare(
     seed: Annotated[int, Option("--seed", help="Seed of the intervals.")] = 0,
     json: Json = False,
 ) -> None:
-    """Which strategy is better on these logs?
+    """Compare strategies over replayed logs.
 
     wins, loses and equal hold in every world that agrees with the log; the rest is undecided. Intervals resample
-    houses; with only one house they resample its logs, are widened, and say nothing about other houses. Where the
-    folder also holds replays with --misses K, each certain claim is followed until it breaks down.
+    houses; with only one house they resample its logs, are widened, and say nothing about other houses. If the
+    folder also holds replays with --misses K, the output says how many overlooked items each certain claim
+    survives.
 
     Examples:
 
@@ -113,7 +114,7 @@ def compare(
     if corrected:
         what = "; ".join(f"{Path(log).name}: {', '.join(words)}" for log, words in corrected.items())
         were = f"{counted(len(corrected), 'log')} {'was' if len(corrected) == 1 else 'were'}"
-        say(f"note: {were} corrected by people, who are taken at their word: {what}")
+        say(f"note: {were} corrected by people, which count as certain: {what}")
     for log, reason in unlike.items():
         say(f"note: {log} is left out: {reason}")
     if frames:

@@ -71,9 +71,9 @@ def _tell(one: Examination) -> None:
 
 def _loss_window(one: Examination) -> str:
     if one.loss_window_measured:
-        return f"At most {one.loss_window_s:.3f} s of this recording would have been lost in a crash."
+        return f"At most {one.loss_window_s:.3f} s of this recording would be lost in a crash."
     whose = "the bag that was imported" if one.source == "import" else "a simulated world"
     return (
-        f"At most {one.loss_window_s:.3f} s of the computer's time would have been lost in a crash: "
-        f"by the recorder's setting, because the stamps are those of {whose}."
+        f"At most {one.loss_window_s:.3f} s would be lost in a crash: "
+        f"the recorder's setting, since the stamps are those of {whose}."
     )

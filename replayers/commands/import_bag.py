@@ -32,15 +32,15 @@ def import_bag(
         str, Option("--clock", help="Which times are used: record or header; auto takes headers where they agree.")
     ] = "auto",
     furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Confirm that all closed furniture stood open.")
+        bool, Option("--furniture-open", help="Assert that all closed furniture was open.")
     ] = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
     """Import a ROS bag: markers become observations, navigation goals moves, and the arm's results picks and places.
 
-    Beliefs and plans, which no bag holds, are computed after the fact and marked so. Without --site, the bag is taken
-    to be of a new place: its map, paths, stops and tags are recorded, so that its survey can be drafted.
+    Beliefs and plans, which no bag holds, are computed afterwards and marked as such. Without --site, the bag
+    counts as a new place: its map, paths, stops and tags are recorded, and a survey can be drafted from them.
 
     Examples:
 

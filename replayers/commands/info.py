@@ -75,6 +75,8 @@ def _run(found: Description) -> dict[str, Any] | None:
 
 
 def _lines(found: Description) -> list[tuple[str, str]]:
+    from replayers.log_tools.recovered import RECOVERED_METADATA, Recovered
+
     index, run, outcome = found.index, found.info, found.outcome
     lines: list[tuple[str, str]] = []
     if run is not None:
@@ -105,7 +107,8 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         ("attachments", ", ".join(f"{a.name} ({a.data_size:,} bytes)" for a in index.attachments) or "none"),
         ("metadata", ", ".join(sorted(found.metadata)) or "none"),
     ]
-    return lines
+    copied = Recovered.from_facts(found.metadata.get(RECOVERED_METADATA, {})).words
+    return [*lines, ("lost", copied)] if copied else lines
 
 
 def _origin(found: Description) -> str:

@@ -21,8 +21,8 @@ def learn_moves(
 ) -> None:
     """Learn how often things move, per item type, in moves per day.
 
-    In logs, a thing that was seen in one run and is seen again, or is gone, in a later one shows how often things
-    move in this household, and how often things of its type do. A file of episodes (.jsonl, .jsonl.gz) has one object
+    In logs, an item that was seen in one run and is seen again or gone in a later one shows how often things move
+    in this household, and how often items of its type do. A file of episodes (.jsonl, .jsonl.gz) has one object
     per line with "scene" and "moves"; an episode counts as one day.
 
     Examples:
@@ -63,13 +63,13 @@ def _episodes_among(sources: list[Path]) -> Path | None:
 
 
 def _from_logs(sources: list[Path], known: MoveRates) -> tuple[RateRow, ...]:
-    from replayers.memory.collect import NothingTwice, read_history
+    from replayers.memory.collect import NoRepeatedLooks, read_history
     from workbench.beliefs.memory.fit_rates import fit_rates
     from workbench.beliefs.memory.memory import intervals
 
     found = intervals(read_history(sources).looks)
     if not any(interval.days > 0 for interval in found):
-        raise NothingTwice(", ".join(map(str, sources)))
+        raise NoRepeatedLooks(", ".join(map(str, sources)))
     return fit_rates(found, known)
 
 

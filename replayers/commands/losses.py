@@ -1,4 +1,4 @@
-"""How a command ends over logs that are not whole: a line for each on standard error, and exit code 3."""
+"""The end of a command over logs that are not whole: a line for each on standard error, and exit code 3."""
 
 from __future__ import annotations
 

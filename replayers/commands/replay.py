@@ -103,7 +103,7 @@ def replay(
     seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
-    """Replay other planners over these logs, to know what they would have cost.
+    """Replay other planners over logs: what would they have cost?
 
     lower and upper hold in every world that is consistent with the log; estimate is a mean over sampled worlds.
 
@@ -130,7 +130,7 @@ def replay(
     from replayers.batch.replay_all import LogFailed
     from replayers.batch.replay_rows import pair_rows, replay_row
     from replayers.counterfactual.bounds.bounds import Budget
-    from replayers.counterfactual.logged_belief import ask_whom
+    from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.counterfactual.relevance import Assumptions
     from workbench.beliefs.memory.move_rates import read_rates
@@ -144,7 +144,7 @@ def replay(
     settings = ReplaySettings(
         estimator=estimator,
         estimator_origin=NameOrigin.USER,
-        ask=ask_whom(estimator, ask=ask),
+        ask=may_ask_estimator(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(segments=budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique, misses=misses),

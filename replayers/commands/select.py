@@ -63,11 +63,12 @@ def select(
     seed: Annotated[int, Option("--seed", help="Seed of drawn worlds and of resampling.")] = 0,
     json: Json = False,
 ) -> None:
-    """Which strategy should the robot follow in the next trial?
+    """Select the strategy to drive in the next trial.
 
-    Every candidate is replayed over every log. After each trial: which one to drive next, which are ruled out, and
-    how much regret is still possible. "By proof" means: on the trials so far it cost more than another one in every
-    world that agrees with the logs. "By sequence" speaks of coming trials like these, with an error of --alpha.
+    Every candidate is replayed over every log. The tables say, after each trial, which one to drive next, which are
+    ruled out, and how much regret is still possible. "By proof": on the trials so far it cost more than another one
+    in every world that agrees with the logs. "By sequence" is about coming trials like these, with an error
+    probability of --alpha.
 
     Examples:
 
@@ -80,7 +81,7 @@ def select(
     from replayers.batch.next_look import looks_by_log, shared_looks
     from replayers.batch.replay_all import LogFailed
     from replayers.counterfactual.bounds.bounds import Budget
-    from replayers.counterfactual.logged_belief import ask_whom
+    from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
     from replayers.selection.candidates import estimators_named, replay_candidates
@@ -92,7 +93,7 @@ def select(
     by = group_by(group)
     settings = ReplaySettings(
         estimator_origin=NameOrigin.USER,
-        ask=ask_whom(estimator, ask=ask),
+        ask=may_ask_estimator(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(segments=budget),
         seed=seed,

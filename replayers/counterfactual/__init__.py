@@ -1,1 +1,1 @@
-"""Counterfactual replay: what another strategy would have done, as far as a log can tell."""
+"""Counterfactual replay: what another strategy would have done, as far as a log shows."""

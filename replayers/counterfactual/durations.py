@@ -68,7 +68,7 @@ class Durations:
 SIMULATED = Durations()
 """The simulated world's: 1 s a metre, 2 s a look, 5 s a manipulation."""
 
-FEWEST = 3
+MIN_ACTIONS = 3
 """With fewer recorded actions of a kind, its spread cannot be estimated; without any, the simulator's figure is
 used."""
 
@@ -103,7 +103,7 @@ def _line(moves: list[tuple[float, float]]) -> tuple[float, float, float]:
         return SIMULATED.move_s, SIMULATED.metre_s, 0.0
     metres, seconds = np.array(moves, dtype=np.float64).T
     start, slope = 0.0, float(seconds @ metres / (metres @ metres))
-    if len(moves) >= FEWEST and np.ptp(metres) > 0:
+    if len(moves) >= MIN_ACTIONS and np.ptp(metres) > 0:
         fitted_slope, fitted_start = np.polyfit(metres, seconds, 1)
         if fitted_start > 0 and fitted_slope > 0:
             start, slope = float(fitted_start), float(fitted_slope)

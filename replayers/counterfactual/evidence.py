@@ -1,4 +1,4 @@
-"""What a log makes certain about its place, and what it leaves open: the basis of every counterfactual.
+"""Evidence of a log about its place, certain and open: the basis of every counterfactual.
 
 Certain are the contents, at the start of the run, of containers that were known or searched; the map and the travel
 costs; and which actions were refused. Open are the other containers that can be reached: every assignment of contents
@@ -21,6 +21,7 @@ from replayers.counterfactual.evidence_rules import (
     first_belief,
     items_left_in_place,
     looks_in_order,
+    picked_without_look,
     refused_looks,
     refused_targets,
     seen_from_start,
@@ -84,6 +85,8 @@ class Evidence:
         gaps: what is missing from it; nothing above rests on that.
         known: containers whose contents the robot knew before it started.
         contents: every container whose contents are certain (the known ones too), as at the start of the run.
+        partly: of others, the items that certainly stood there at the start: the robot picked them up where no look
+            counts. What else lies there is open.
         refused_searches: containers that could not be searched, with the reason; they refuse again.
         refused_moves: locations to which every recorded move was refused; they refuse again.
         refused_picks: items of which every recorded pick was refused; they refuse again.
@@ -118,6 +121,7 @@ class Evidence:
     costs: ActionCosts
     known: Contents
     contents: Contents
+    partly: Contents = field(default_factory=lambda: MappingProxyType({}))
     refused_searches: Mapping[ContainerId, str] = field(default_factory=lambda: MappingProxyType({}))
     refused_moves: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
     refused_picks: Mapping[ItemId, str] = field(default_factory=lambda: MappingProxyType({}))
@@ -180,7 +184,11 @@ class Evidence:
 
     def seen_types(self) -> frozenset[ItemType]:
         """Item types of which the log shows an instance."""
-        return frozenset(item.type for items in self.contents.values() for item in items)
+        return frozenset(item.type for items in (*self.contents.values(), *self.partly.values()) for item in items)
+
+    def shown_in(self, container: ContainerId) -> tuple[Item, ...]:
+        """What the log shows in a container, all or part of what it holds."""
+        return self.contents.get(container, self.partly.get(container, ()))
 
 
 def evidence_of(run: Run) -> Evidence:
@@ -196,12 +204,16 @@ def evidence_of(run: Run) -> Evidence:
     containers = tuple(c.id for c in run.place.plan.containers)
     seen = tuple(o for o in run.observations if _is_certain(o, gaps))
     contents, odd = contents_at_start(seen, run.actions, containers)
+    picked = {} if gaps.lost else picked_without_look(seen, run.actions, containers)
+    contents |= {c: (*contents[c], *items) for c, items in picked.items() if c in contents}
+    refused = refused_looks(run.actions, contents)
+    partly = MappingProxyType({c: i for c, i in picked.items() if c not in contents and c not in refused})
     rounded = run.info.schema_version < ROUNDED_BEFORE
     probabilities, static_beliefs, strange = first_belief(run.beliefs, containers, rounded=rounded)
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
     known = _known_at_start(run, contents)
     contents, corrections, corrected = with_corrections(contents, known, run)
-    oddities = (*corrected, *odd, *strange)
+    odd = (*corrected, *odd)
     return Evidence(
         path=str(run.path),
         sha256=run.sha256,
@@ -213,7 +225,8 @@ def evidence_of(run: Run) -> Evidence:
         costs=run.costs,
         known=known,
         contents=MappingProxyType(contents),
-        refused_searches=refused_looks(run.actions, contents),
+        partly=partly,
+        refused_searches=refused,
         refused_moves=MappingProxyType({LocationId(k): v for k, v in refused_targets(run.actions, "move").items()}),
         refused_picks=MappingProxyType({ItemId(k): v for k, v in refused_targets(run.actions, "pick").items()}),
         left=items_left_in_place(run.actions),
@@ -232,7 +245,7 @@ def evidence_of(run: Run) -> Evidence:
         passing=_passing(run),
         seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
-        notes=(*_gap_notes(run, gaps, len(run.observations) - len(seen)), *_imagined(imputed), *oddities),
+        notes=(*_gap_notes(run, gaps, len(seen)), *_imagined(imputed), *_picked_notes(partly), *odd, *strange),
     )
 
 
@@ -264,7 +277,9 @@ def _is_certain(seen: Observation, gaps: Gaps) -> bool:
     return not late and seen.container not in gaps.not_looked
 
 
-def _gap_notes(run: Run, gaps: Gaps, dropped: int) -> tuple[str, ...]:
+def _gap_notes(run: Run, gaps: Gaps, used: int) -> tuple[str, ...]:
+    """The notes on what is missing; of the observations, so many are used."""
+    dropped = len(run.observations) - used
     cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
     if not gaps.lost:
         return cut
@@ -273,6 +288,15 @@ def _gap_notes(run: Run, gaps: Gaps, dropped: int) -> tuple[str, ...]:
     return (
         *cut,
         f"the log is not whole: {'; '.join(gaps.lost)}{after}",
+    )
+
+
+def _picked_notes(partly: Contents) -> tuple[str, ...]:
+    """The notes on items that were picked up in containers that count as not looked into."""
+    return tuple(
+        f"{', '.join(item.id for item in items)} was picked up in {container}, into which no look counts: it stood "
+        "there at the start, and what else lies there is open"
+        for container, items in partly.items()
     )
 
 

@@ -61,6 +61,32 @@ def contents_at_start(
     return contents, tuple(notes)
 
 
+def picked_without_look(
+    observations: Iterable[Observation], actions: Iterable[ActionFinished], containers: tuple[ContainerId, ...]
+) -> dict[ContainerId, tuple[Item, ...]]:
+    """Items that were picked up in a container before any look into it, and that nothing had moved before: they stood
+    there at the start of the run."""
+    looked: dict[str, int] = {}
+    seen: dict[str, int] = {}
+    for o in observations:
+        looked[o.container] = min(o.stamp.ns, looked.get(o.container, o.stamp.ns))
+        for item in o.items:
+            seen[item.id] = min(o.stamp.ns, seen.get(item.id, o.stamp.ns))
+    handled = _first_handled(actions)
+    found: dict[ContainerId, tuple[Item, ...]] = {}
+    for action in actions:
+        container = ContainerId(action.target)
+        if action.action != "pick" or not action.success or container not in containers:
+            continue
+        for item, item_type in zip(action.items, action.item_types, strict=False):
+            unlooked = looked.get(container, action.start.ns + 1) > action.start.ns
+            unseen = seen.get(item, action.start.ns + 1) > action.start.ns
+            if unlooked and unseen and handled[item] == action.stamp.ns:
+                here = Item(id=ItemId(item), type=ItemType(item_type))
+                found[container] = (*found.get(container, ()), here)
+    return found
+
+
 def refused_looks(
     actions: Iterable[ActionFinished], contents: Mapping[ContainerId, object]
 ) -> Mapping[ContainerId, str]:

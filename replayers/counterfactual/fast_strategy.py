@@ -1,4 +1,4 @@
-"""Built-in strategies without explanations: the same steps, without what only people look at.
+"""Built-in strategies without explanations: the same steps, computed faster.
 
 The thousands of branches of a replay need neither the alternatives nor the search order beyond its first stop, which
 is all that the loop executes. They also ask for the same searches repeatedly, so that search results are cached.
@@ -21,7 +21,7 @@ from workbench.worlds.house import LocationId
 
 @final
 @dataclass(frozen=True, slots=True)
-class FirstOnly:
+class FirstStopPolicy:
     """A policy reduced to its first stop; the stop's probability is not computed and reads 0."""
 
     policy: SearchPolicy
@@ -55,4 +55,6 @@ def fast_strategy(planner: Strategy, memory: SearchCache | None = None) -> Strat
 def _quiet(planner: Composed, memory: SearchCache) -> Composed:
     solver = replace(planner.solver, explain=False) if isinstance(planner.solver, BuiltIn) else planner.solver
     pricing = RememberedPricing(planner.pricing, memory)
-    return replace(planner, solver=solver, pricing=pricing, policy=FirstOnly(Remembered(planner.policy, memory)))
+    return replace(
+        planner, solver=solver, pricing=pricing, policy=FirstStopPolicy(Remembered(planner.policy, memory))
+    )

@@ -14,9 +14,9 @@ from typing import final
 import numpy as np
 
 from replayers.counterfactual.evidence import Evidence
-from workbench.beliefs.asking.answered_estimator import answered, goes_by_names_alone
+from workbench.beliefs.asking.answered_estimator import answered, uses_names_alone
 from workbench.beliefs.belief import Belief, Estimator
-from workbench.beliefs.memory.remembering import remembering, without_memory
+from workbench.beliefs.memory.memory_estimator import with_memory, without_memory
 from workbench.caches import Cache
 from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.execution.events import Event, RunEnded, RunStatus
@@ -129,7 +129,7 @@ class EstimatorChoice:
 
     Attributes:
         estimator: what is asked.
-        static_beliefs: it goes by names alone; otherwise it learns from all that is seen, and what else lies in an
+        static_beliefs: it uses names alone; otherwise it learns from all that is seen, and what else lies in an
             open container would move it.
         rounded: it answers with beliefs that the log rounded; decisions by them may have been others.
         hypothetical: somebody asked for these beliefs, whatever the run's were; the recorded strategy need not do
@@ -199,7 +199,7 @@ def estimator_for(
         found = estimator_of(evidence, name, origin, may_ask=may_ask, limit_s=limit_s)
         other = found.name != recorded
         note = f"beliefs by {found.name}; the run used {recorded}" if other else ""
-        static = (name in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
+        static = (name in NAMES_ALONE or uses_names_alone(found)) and evidence.memory is None
         return EstimatorChoice(estimator=found, static_beliefs=static, hypothetical=other, note=note)
     kind = recorded.partition("@")[0]
     follows = evidence.asking is not None and not evidence.asking.names_alone
@@ -219,7 +219,7 @@ def estimator_for(
     same = without_memory(found.name) == without_memory(recorded)
     if not same and held:
         return _first_of(evidence, note="" if stays else HELD)
-    static = (kind in NAMES_ALONE or goes_by_names_alone(found)) and evidence.memory is None
+    static = (kind in NAMES_ALONE or uses_names_alone(found)) and evidence.memory is None
     other = "" if same else f"beliefs by {found.name}; the run used {recorded}. "
     note = (other + ("" if static else LEARNS)).rstrip(". ")
     return EstimatorChoice(estimator=found, static_beliefs=static, note=note)
@@ -240,7 +240,7 @@ def estimator_of(
     from workbench.beliefs.estimators import estimator
 
     found = estimator(name, origin=origin, known=evidence.answers, may_ask=may_ask, limit_s=limit_s)
-    return remembering(found, evidence.memory)
+    return with_memory(found, evidence.memory)
 
 
 def by_answers(evidence: Evidence) -> Estimator | None:
@@ -251,7 +251,7 @@ def by_answers(evidence: Evidence) -> Estimator | None:
     return None if asking is None else answered(asking, evidence.answers, may_ask=False)
 
 
-def ask_whom(name: str, *, ask: bool) -> bool:
+def may_ask_estimator(name: str, *, ask: bool) -> bool:
     """Whether an estimator may be asked for new answers: only one that a user names, since logs are strangers'.
 
     Raises:

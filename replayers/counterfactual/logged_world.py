@@ -203,11 +203,13 @@ class LoggedWorld:
             more = self._filling(container, knowledge)
             if more is None:
                 return None
+            certain = self.evidence.shown_in(container)
+            more = tuple(item for item in more if item not in certain)
             if inside is None or more:
                 self.imputed[container] = more
                 self._imputed_items |= {item.id for item in more}
                 support = IMPUTED
-            inside = (*(inside or ()), *more)
+            inside = (*certain, *more)
         return self._now_there(container, inside), support
 
     def _seen_as_recorded(self, container: ContainerId) -> tuple[tuple[Item, ...], str] | None:

@@ -1,4 +1,4 @@
-"""Items that the recorded looks may have overlooked: where they can be, how many, and what has been spent of them.
+"""Items that the recorded looks may have overlooked: where they can be, how many, and how many misses are left.
 
 A world with misses holds, besides what the log shows, at most `Evidence.misses` more items in containers that were
 looked into while recording. Known contents are not doubted, and a replayed robot overlooks nothing. Where the task's

@@ -97,7 +97,7 @@ class PreparedLog:
 
     Attributes:
         evidence: what the log makes certain.
-        estimator, static_beliefs: who believes, and whether it goes by names alone (logged_belief.py).
+        estimator, static_beliefs: who believes, and whether it uses names alone (logged_belief.py).
         worlds: drawn once for all strategies, so that comparisons are paired.
         truth: the recorded truth, where it may be used.
         recorded: the end of the recorded run; None where the log is cut off before it.
@@ -158,7 +158,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     Raises:
         NoBelief, UnknownName: no beliefs are available.
         TruthNotRecorded: the truth was requested and is not in the log.
-        AnotherPlace, ContainersChanged, NothingEarlier: the history given is not of this place, or of later.
+        AnotherPlace, ContainersChanged, NoEarlierRun: the history given is not of this place, or of later.
     """
     as_logged, other_memory = _with_history(evidence_of(run), settings)
     if settings.with_truth and run.truth is None:

@@ -1,4 +1,4 @@
-"""What in an unopened container can change the cost of a run: the task's item types, each up to its demand.
+"""Relevance of contents to the cost of a run: the task's item types, each up to its demand.
 
 Two worlds that agree on the *answers* of their open containers give every strategy the same run, if the strategy
 keeps the contract of docs/replay.md. An answer is a sorted tuple of item types with repetitions: which relevant

@@ -242,8 +242,8 @@ def _events_in_worlds(
     bounds: Bounds,
     drawn: Floats | None,
 ) -> Iterator[tuple[str, tuple[Event, ...]]]:
-    """The run in the cheapest and the dearest world that is known, and in the drawn world of median cost."""
-    found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.dearest}
+    """The run in the cheapest and the most expensive world that is known, and in the drawn world of median cost."""
+    found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.most_expensive}
     if "drawn" in worlds and drawn is not None and prepared.worlds is not None:
         middle = int(np.argsort(drawn, kind="stable")[len(drawn) // 2])
         found["drawn"] = tree.follow(prepared.worlds.chooser(middle))

@@ -1,4 +1,4 @@
-"""Whether the recorded strategy, replayed over its own log with the beliefs of the replay, does what was recorded.
+"""Reproduction of a log: does the recorded strategy, with the beliefs of the replay, do what was recorded.
 
 The guard of every claim: where it does not, something that the replay goes by is not what the run went by (beliefs,
 weights, the strategy's code), and what it would say of other strategies is worth nothing either.

@@ -1,4 +1,4 @@
-"""What a replay says of a cost, as plain values: figures of bounds, and an estimate. They are stored as they are."""
+"""Bounds and estimates of a cost as plain values, stored as they are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parts of a tree of runs (run_tree.py): nodes, the segments between them, what they ask, and the ends."""
+"""The parts of a run tree (run_tree.py): nodes, segments, unobserved looks and leaves."""
 
 from __future__ import annotations
 
@@ -22,17 +22,19 @@ class UnfinishedWalk:
     Attributes:
         before: what the robot knows before it.
         move: where it goes, and what it seeks.
-        told: what containers that came into view hold beyond the log; the robot does not know it yet.
+        contents_in_view: what containers that came into view hold beyond the log; the robot does not know it yet.
     """
 
     before: Knowledge
     move: Move
-    told: Mapping[ContainerId, tuple[Item, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    contents_in_view: Mapping[ContainerId, tuple[Item, ...]] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def key(self) -> Hashable:
-        told = tuple((container, tuple(item.id for item in items)) for container, items in self.told.items())
-        return self.move.target, None if self.move.seeking is None else tuple(self.move.seeking), told
+        contents_in_view = tuple(
+            (container, tuple(item.id for item in items)) for container, items in self.contents_in_view.items()
+        )
+        return self.move.target, None if self.move.seeking is None else tuple(self.move.seeking), contents_in_view
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

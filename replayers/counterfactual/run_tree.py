@@ -46,7 +46,7 @@ class TreeOptions:
         max_steps: actions after which a run ends.
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
-        static_beliefs: the estimator goes by names alone; otherwise all that was found tells histories apart.
+        static_beliefs: the estimator uses names alone; otherwise all that was found tells histories apart.
         exact_beliefs: the estimator answers what the robot believed; with rounded beliefs (logged_belief.ROUNDED)
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
@@ -170,14 +170,19 @@ class RunTree:
         container = segment.question.container
         before = segment.question.knowledge
         put = before.items_at.get(LocationId(container), ())
-        inside = (*self.evidence.contents.get(container, ()), *self._imputed(answer, container))
+        inside = (*self.evidence.shown_in(container), *self._imputed(answer, container))
         knowledge = before.seen(container, (*inside, *put))
         steps, picks = node.steps + segment.steps, node.picks + segment.picks
         self.max_picks = max(self.max_picks, picks)
         cost = node.cost + segment.cost
         walk = segment.question.walk
         if walk is not None:
-            walk = replace(walk, told=MappingProxyType({**walk.told, container: self._imputed(answer, container)}))
+            walk = replace(
+                walk,
+                contents_in_view=MappingProxyType(
+                    {**walk.contents_in_view, container: self._imputed(answer, container)}
+                ),
+            )
         made = Node(knowledge=knowledge, walk=walk, imputed=True, steps=steps, picks=picks, cost=cost)
         key = (self._key(knowledge), None if walk is None else walk.key)
         return self._nodes.setdefault(key, made) if self._merge else made
@@ -218,7 +223,7 @@ class RunTree:
             self.evidence,
             with_ways=False,
             knowledge=walk.before,
-            filling=lambda container, _: walk.told.get(container),
+            filling=lambda container, _: walk.contents_in_view.get(container),
         )
         answer = world.go_to(walk.move.target, seeking=walk.move.seeking)
         if isinstance(answer, NotInLog):

@@ -1,4 +1,4 @@
-"""A planner from outside in a process of its own, where it cannot break or stall a replay, or see the truth.
+"""Runs a third-party planner in a separate process, where it cannot break or stall a replay, or see the truth.
 
 It receives views over a pipe and answers decisions. What it raises, a decision that takes too long, an answer that
 is no decision, and asking for the truth are turned into a decision without a plan, which ends the run as
@@ -79,7 +79,7 @@ class Answer:
 
 
 NOT_LOADED = Answer(AnswerKind.BROKEN, "it was not loaded")
-WRONG_TYPES = Answer(AnswerKind.BROKEN, "its relevant_types are no tuple")
+WRONG_TYPES = Answer(AnswerKind.BROKEN, "its relevant_types are not a tuple")
 
 
 class AskedForTruth(Exception):
@@ -139,7 +139,7 @@ def loading_fault(name: str, *, in_process: bool = False) -> Answer | None:
 def foreign_planner(
     name: str, *, origin: NameOrigin, timeout_s: float, in_process: bool
 ) -> Sandboxed | InThisProcess:
-    """A planner from outside, in a process of its own or, for a debugger, in this one."""
+    """A planner from outside, in a separate process or, for a debugger, in this one."""
     if in_process:
         return InThisProcess(name, origin=origin)
     return Sandboxed(name, origin=origin, timeout_s=timeout_s)
@@ -197,7 +197,7 @@ class InThisProcess:
 
 @final
 class Sandboxed:
-    """A Strategy whose decisions are made in a process of its own. A context manager.
+    """A Strategy whose decisions are made in a separate process. A context manager.
 
     Args:
         name: "module:Class", "module:factory" or the name of an entry point in the group lios.strategies.

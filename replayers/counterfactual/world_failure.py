@@ -1,4 +1,4 @@
-"""How a strategy broke in one of the worlds that are consistent with a log.
+"""Failures of a strategy in some world that is consistent with a log.
 
 Over the log alone it may end undetermined before its code meets what breaks it.
 """

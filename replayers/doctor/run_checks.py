@@ -13,7 +13,7 @@ from recorders.run_recorder import COMPUTER_CLOCK, WORLD_CLOCK
 from recorders.sinks.files import PART_METADATA
 from replayers.doctor.event_checks import EventChecks
 from replayers.doctor.findings import Findings, Level
-from replayers.log_tools.metadata_names import RECOVERED_METADATA
+from replayers.log_tools.recovered import RECOVERED_METADATA, Recovered
 from replayers.mcap_io.messages import Message
 from workbench.errors import LiosError
 from workbench.log_schema.codec import decode
@@ -101,14 +101,9 @@ class RunChecks:
         return float(sync_s) if isinstance(sync_s, int | float) else None
 
     def _check_recovered(self) -> None:
-        facts = self.metadata.get(RECOVERED_METADATA, {})
-        if facts.get("lossy") != "true":
-            return
-        saved, expected = facts.get("messages", "?"), facts.get("expected")
-        of = f" of {expected[:20]}" if expected else ""
-        damages = facts.get("damages", "?")[:20]
-        what = f"recovered from a log with {damages} damages: {saved[:20]}{of} messages were saved"
-        self.findings.add(Level.LOSS, "metadata", what, "What was lost is not in this file", kind="recovered")
+        what = Recovered.from_facts(self.metadata.get(RECOVERED_METADATA, {})).words
+        if what:
+            self.findings.add(Level.LOSS, "metadata", what, "What was lost is not in this file", kind="recovered")
 
     def _metadata(self, record: Metadata) -> None:
         self.metadata[record.name] = record.metadata

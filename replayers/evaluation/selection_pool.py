@@ -1,6 +1,6 @@
 """The pool of trials for the selection experiment: every strategy driven in every house, and the others replayed.
 
-A selector's run drives one strategy a trial, and sees of the others what their replays tell. Which one it drives does
+A selector's run drives one strategy a trial, and sees of the others what their replays show. Which one it drives does
 not change what driving any of them would have shown, so each trial is computed once for all selectors and seeds.
 """
 
@@ -35,7 +35,7 @@ class PoolTrial:
     Attributes:
         house, scenario, seed: which task.
         true: what each strategy costs there, in the order of the strategies.
-        seen: what the log of each strategy tells of all of them.
+        seen: what the log of each strategy shows about all of them.
     """
 
     house: str
@@ -110,7 +110,9 @@ def read_pool(path: Path) -> tuple[PoolTrial, ...]:
         stored = msgspec.json.Decoder(_StoredTrial).decode_lines(path.read_bytes())
         trials = tuple(_trial(line) for line in stored)
     except (msgspec.MsgspecError, ValueError) as error:
-        raise MalformedFile(path, f"this is no pool of trials ({error})", "Make it: lios evaluate select") from None
+        raise MalformedFile(
+            path, f"this is not a pool of trials ({error})", "Make it: lios evaluate select"
+        ) from None
     if not trials:
         raise MalformedFile(path, "a pool without trials", "Make it again: lios evaluate select --force")
     return trials

@@ -52,7 +52,7 @@ class NotABag(Malformed):
         )
 
 
-class Unclosed(Malformed):
+class BagNotClosed(Malformed):
     """An MCAP file whose recorder was killed."""
 
     def __init__(self, path: Path) -> None:
@@ -89,7 +89,7 @@ class UndecodableTopic(Malformed):
         short = " ".join(reason.split())[:160].rstrip(".")
         super().__init__(
             f"{path}: a message of {topic} cannot be decoded ({short}). "
-            "Leave the topic out of the mapping, or record it anew."
+            "Leave the topic out of the mapping, or record it again."
         )
 
 
@@ -211,8 +211,8 @@ def open_bag(path: Path) -> Generator[Bag]:
     """Opens a bag of ROS 1 or ROS 2.
 
     Raises:
-        MissingExtra: rosbags is not installed. FileMissing, NotABag, EmptyBag, Unclosed, Packed,
-            CutOffPacked, NoRoomToUnpack.
+        MissingExtra: rosbags is not installed. FileMissing, NotABag, EmptyBag, BagNotClosed, Packed,
+            CutOffPacked, NoSpaceToUnpack.
     """
     try:
         from rosbags.highlevel import AnyReaderError
@@ -230,7 +230,7 @@ def open_bag(path: Path) -> Generator[Bag]:
         except CutOffMcap as error:
             file = Path(str(error))
             packed = path / f"{file.name}.zstd"
-            raise Unclosed(file if file.parent == path or not packed.exists() else packed) from error
+            raise BagNotClosed(file if file.parent == path or not packed.exists() else packed) from error
         except (
             AnyReaderError,
             OSError,
@@ -291,7 +291,7 @@ def _files(path: Path, about: dict[str, Any], stack: ExitStack) -> tuple[Path, .
 
     Raises:
         Packed, NotABag: compressed files without metadata; no data file.
-        CutOffPacked, NoRoomToUnpack: a compressed file that cannot be unpacked whole.
+        CutOffPacked, NoSpaceToUnpack: a compressed file that cannot be unpacked whole.
     """
     if path.is_file():
         return (path,)

@@ -10,13 +10,13 @@ import msgspec
 from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
 from recorders.spot.run.site_tasks import session_task
-from recorders.spot.session.inferred_actions import InconclusiveLook
+from recorders.spot.session.look_findings import InconclusiveLook
 from replayers.importers.bag_survey import survey_bag
 from replayers.importers.bags import Bag
 from replayers.importers.clocks import BagClock, ClockName
 from replayers.importers.mapping import Mapping
 from replayers.importers.message_handlers import BagDerivation
-from replayers.importers.retrospective_plans import AFTER_THE_FACT, AfterTheFact
+from replayers.importers.retrospective_plans import AFTER_THE_FACT, RetrospectivePlanner
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.execution.events import RunEnded
 from workbench.log_schema.events import RunInfo
@@ -112,7 +112,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         motion=False,
         settings={"import": _settings(bag, plan, clock)},
     ) as recorder:
-        thinker = AfterTheFact(
+        thinker = RetrospectivePlanner(
             strategy=strategy, estimator=estimator, task=task, costs=ROBOT_COSTS, tell=recorder.record
         )
         given = "results" in roles.values()

@@ -1,4 +1,4 @@
-"""Whether a bag supports what a look seems to have seen: detections placed on the map while the robot stood there."""
+"""The support of a look by a bag: detections placed on the map while the robot stood there."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from math import hypot
 from typing import final
 
-from recorders.spot.session.inferred_actions import LookFinding
+from recorders.spot.session.look_findings import LookFinding
 from replayers.importers.frames import FrameBuffer
 from workbench.log_schema.events import NANO
 from workbench.message_enum import Result

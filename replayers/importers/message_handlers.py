@@ -28,14 +28,14 @@ from replayers.importers.frames import FrameBuffer, plain, quaternion_of
 from replayers.importers.look_support import LookSupport
 from replayers.importers.mapping import Mapping
 from replayers.importers.pictures import calibration, compressed, occupancy, packed, turn_of
-from replayers.importers.retrospective_plans import AfterTheFact
+from replayers.importers.retrospective_plans import RetrospectivePlanner
 from replayers.importers.tag_scene import tag_scene
 from workbench.arrays import Floats
 from workbench.execution.events import Event, RunEnded
 from workbench.log_schema.events import NANO
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS
-from workbench.worlds.house import LocationId
+from workbench.worlds.house import START, LocationId
 from workbench.worlds.sites.site import UNSURVEYED, Site
 
 GOAL_WITHIN_M = 1.5
@@ -56,7 +56,7 @@ class BagDerivation:
     site: Site
     mapping: Mapping
     recorder: RunRecorder
-    thinker: AfterTheFact
+    thinker: RetrospectivePlanner
     task: Task
     given_moves: bool
     survey: BagSurvey
@@ -186,7 +186,7 @@ class BagDerivation:
 
     def _record_manipulation(self, message: BagMessage, at: int, kind: str) -> None:
         """Records the arm's results: a pick or a place. One that may be either counts once for each visit, because an
-        arm that picks makes several motions."""
+        arm that picks makes several motions, and not before the first arrival, where arms are stowed."""
         holds = decoding.held(message.message)
         if holds is not None:
             self.derived.holding(at, holds)
@@ -195,10 +195,11 @@ class BagDerivation:
             if not result.success or self._already_recorded(result):
                 continue
             visit = (self.derived.knowledge.robot_at, self.derived.visits)
-            if kind == "either" and visit == self._handled_on:
+            at_start = visit[0] == START and not self.derived.hand_full
+            if kind == "either" and (visit == self._handled_on or at_start):
                 continue
             self._handled_on = visit
-            holding = self.derived.knowledge.holding is not None
+            holding = self.derived.hand_full
             if kind == "pick" or (kind == "either" and not holding):
                 self.derived.holding(at, True)
             elif holding:

@@ -42,7 +42,7 @@ class CutOffPacked(Malformed):
         )
 
 
-class NoRoomToUnpack(Malformed):
+class NoSpaceToUnpack(Malformed):
     """A compressed file that takes more room than the disk of temporary files has."""
 
     def __init__(self, path: Path, takes: int, folder: Path, free: int) -> None:
@@ -57,7 +57,7 @@ def unpack_file(packed: Path, plain: Path) -> None:
     """Writes a compressed file's content to another file, as long as the disk has room.
 
     Raises:
-        CutOffPacked: it ends too early. NoRoomToUnpack: it takes too much room; nothing is left of it.
+        CutOffPacked: it ends too early. NoSpaceToUnpack: it takes too much room; nothing is left of it.
         zstandard.ZstdError: it is not what zstd writes.
     """
     room = shutil.disk_usage(plain.parent).free - KEEP_FREE_BYTES
@@ -74,7 +74,7 @@ def unpack_file(packed: Path, plain: Path) -> None:
         raise
     if takes > room:
         plain.unlink()
-        raise NoRoomToUnpack(packed, takes, plain.parent.parent, max(0, room) + KEEP_FREE_BYTES)
+        raise NoSpaceToUnpack(packed, takes, plain.parent.parent, max(0, room) + KEEP_FREE_BYTES)
 
 
 def _declared_bytes(packed: Path) -> int:

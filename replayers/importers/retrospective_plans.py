@@ -28,7 +28,7 @@ AFTER_THE_FACT = "computed after the fact"
 
 
 @dataclass(slots=True, kw_only=True)
-class AfterTheFact:
+class RetrospectivePlanner:
     """Sits between the derivation of events and a recorder; adds beliefs, find costs and plans, and numbers
     decisions."""
 

@@ -1,4 +1,4 @@
-"""Bags in SQLite (.db3), read by Python's own module: by what is in the files, whatever a metadata.yaml says of them.
+"""Bags in SQLite (.db3), read by Python's own module from the files alone, without metadata.yaml.
 
 A file whose recorder was killed is read with its journal or write-ahead log, from a copy, so that nothing is changed.
 """

@@ -1,4 +1,4 @@
-"""The ghosts of a run in a process of their own: neither the robot nor a viewer waits for them.
+"""The ghosts of a run in a separate process, so that neither the robot nor a viewer waits for them.
 
 The process reads the log from disk, at low priority and with bounded memory, and sends a report after each round.
 It ends with the process that started it, even when that is killed. Where it dies itself, it is started again a few

@@ -37,10 +37,10 @@ QUICK_S, DEEP_S = 0.6, 1.0
 one strategy while it does not grow."""
 MIN_SEGMENTS, MAX_SEGMENTS = 20, 2000
 """Segments of the loop that the bounds of one strategy may take in a round, however little or much time it takes."""
-DEEPER = 4
+BUDGET_GROWTH = 4
 """By how much more the next round over the same log may follow."""
 CLIMB = 10
-"""Segments for each climb towards the cheapest and the dearest run (Budget)."""
+"""Segments for each climb towards the cheapest and the most expensive run (Budget)."""
 
 CHANGED: Mapping[str, str] = MappingProxyType(
     {
@@ -162,7 +162,7 @@ class Ghosts:
         if self._segments >= affordable:
             self._settled = True
             return False
-        self._segments = min(self._segments * DEEPER, affordable)
+        self._segments = min(self._segments * BUDGET_GROWTH, affordable)
         return True
 
     def _replayed(self, run: Run, began: float, *, deeper: bool) -> GhostReport | None:

@@ -48,7 +48,7 @@ class LogLayout:
         return chunk.record.compression == self.compression and min_bytes <= len(chunk.data) <= max_bytes
 
 
-class NoRoom(Failed):
+class NoDiskSpace(Failed):
     """The disk is full; what was there before the copy is untouched."""
 
     def __init__(self, path: Path, reason: str) -> None:
@@ -56,7 +56,7 @@ class NoRoom(Failed):
 
 
 @final
-class Copier:
+class LogCopier:
     """Writes messages of any logs to a new one. Equal channels of several logs become one; ids stay where free.
 
     A context manager. The new log is renamed to its final name when it is complete; until then, and whatever happens,
@@ -65,7 +65,7 @@ class Copier:
     Raises:
         OutputExists: the output exists, and the style does not allow replacing it.
         CannotCreate, WrongKind: no file can be created there.
-        NoRoom: from the end of the context.
+        NoDiskSpace: from the end of the context.
     """
 
     def __init__(self, path: Path | str, style: LogLayout, *, profile: str = "") -> None:
@@ -105,7 +105,7 @@ class Copier:
         finally:
             self.discard()
         if isinstance(error, DiskFull):
-            raise NoRoom(self.path, error.reason) from error
+            raise NoDiskSpace(self.path, error.reason) from error
 
     def copy(self, message: Message) -> None:
         self.writer.add_message(
@@ -226,7 +226,7 @@ class ReadLoss:
     """What could not be read from a log.
 
     Attributes:
-        damages: the first MANY of them, in the order of the file.
+        damages: the first MAX_KEPT_DAMAGES of them, in the order of the file.
         count: how many there were in all.
     """
 
@@ -234,12 +234,21 @@ class ReadLoss:
     count: int = 0
     messages: int = 0
 
-    MANY = 1000
+    MAX_KEPT_DAMAGES = 1000
 
     def add(self, damage: Damage) -> None:
         self.count += 1
-        if len(self.damages) < self.MANY:
+        if len(self.damages) < self.MAX_KEPT_DAMAGES:
             self.damages.append(damage)
+
+    @classmethod
+    def sum(cls, losses: Iterable[ReadLoss]) -> ReadLoss:
+        """What could not be read from several logs."""
+        total = cls()
+        for loss in losses:
+            total.damages += loss.damages[: cls.MAX_KEPT_DAMAGES - len(total.damages)]
+            total.count, total.messages = total.count + loss.count, total.messages + loss.messages
+        return total
 
     @property
     def any(self) -> bool:

@@ -7,19 +7,19 @@ from pathlib import Path
 import msgspec
 
 from recorders.mcap_io.file import CannotCreate
-from replayers.log_tools.copy_log import NoRoom, ReadLoss, contents
+from replayers.log_tools.copy_log import NoDiskSpace, ReadLoss, contents
 from replayers.log_tools.decode_message import MessageDecoder
-from replayers.log_tools.rewrite import Progress, Rewritten, require_distinct_output
+from replayers.log_tools.rewrite import Progress, RewriteReport, require_distinct_output
 from replayers.mcap_io.messages import Message
 from workbench.errors import OutputExists, WrongKind
 from workbench.files import draft_path, remove_abandoned_drafts, replace
 
 
-def to_lines(log: Path, output: Path, *, force: bool, progress: Progress = iter) -> Rewritten:
+def to_lines(log: Path, output: Path, *, force: bool, progress: Progress = iter) -> RewriteReport:
     """Writes a log's messages to a .jsonl file, which is renamed to its final name when it is complete.
 
     Raises:
-        OutputExists, CannotCreate, WrongKind, NoRoom: nothing was written.
+        OutputExists, CannotCreate, WrongKind, NoDiskSpace: nothing was written.
         BadValue: output and log are the same file.
     """
     require_distinct_output([log], output)
@@ -45,7 +45,7 @@ def to_lines(log: Path, output: Path, *, force: bool, progress: Progress = iter)
             raise OutputExists(output)
         replace(draft, output)
     except OSError as error:
-        raise NoRoom(output, error.strerror or str(error)) from error
+        raise NoDiskSpace(output, error.strerror or str(error)) from error
     finally:
         draft.unlink(missing_ok=True)
-    return Rewritten(outputs=(output,), messages=count, dropped=0, loss=loss)
+    return RewriteReport(outputs=(output,), messages=count, dropped=0, loss=loss)

@@ -20,7 +20,6 @@ import msgspec
 
 from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.log_paths import shown
-from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from workbench.errors import LiosError
 from workbench.files import cache_folder, write_atomically
 from workbench.message_enum import MessageEnum, Result
@@ -170,6 +169,8 @@ def row_of(path: Path, *, check: Check | None = None) -> LogRow:
 
 
 def _completeness(found: Description, lost: tuple[str, ...]) -> Result[Completeness]:
+    from replayers.log_tools.recovered import RECOVERED_METADATA
+
     if found.info is None and not lost:
         return Completeness.NOT_ONE_RUN.result(runs=f"{found.runs} runs" if found.runs else "no run")
     recovered, part = found.metadata.get(RECOVERED_METADATA, {}), found.metadata.get(PART_METADATA, {})

@@ -12,12 +12,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Protocol
 
 from mcap.records import Attachment, Channel, Metadata
 
 from recorders.mcap_io.file import part_path, remove_parts
 from recorders.sinks.files import PART_METADATA
-from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, contents, profile_of
+from replayers.log_tools.copy_log import LogCopier, LogLayout, ReadLoss, contents, profile_of
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import metadata
 from workbench.errors import BadValue, MalformedFile
@@ -31,16 +32,34 @@ Part = Message | Attachment | Metadata
 Progress = Callable[[Iterator[Message]], Iterable[Message]]
 
 
+class LossRecord(Protocol):
+    """What of a log is lost, gathered while it is read (recovered.SourceLoss)."""
+
+    loss: ReadLoss
+
+    def count(self, piece: Message) -> None:
+        """Counts what has been read."""
+        ...
+
+    def take(self, record: Metadata) -> bool:
+        """Whether a metadata record tells of losses; it is then kept instead of being copied."""
+        ...
+
+    def records(self) -> list[tuple[str, dict[str, str]]]:
+        """Name and values of the metadata records that a copy needs."""
+        ...
+
+
 class SeveralRuns(MalformedFile):
     """A log of several runs, where a log of one is needed."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(
-            path, "it holds several runs", f"Take them apart first: lios log split {path} -o runs/run.mcap --by run"
+            path, "it holds several runs", f"Split them first: lios log split {path} -o runs/run.mcap --by run"
         )
 
 
-class HoldsNoRun(MalformedFile):
+class NoRunInLog(MalformedFile):
     """An MCAP file that no run was recorded to."""
 
     def __init__(self, path: Path, lacks: str) -> None:
@@ -51,7 +70,7 @@ class AlreadySeveralRuns(BadValue):
     """A log to merge that is itself of several runs."""
 
     def __init__(self, path: Path) -> None:
-        super().__init__("a log to merge", str(path), "one of one run; take it apart first: lios log split --by run")
+        super().__init__("a log to merge", str(path), "a log of one run; split it first: lios log split --by run")
 
 
 def member_name(name: str, run: int) -> str:
@@ -65,14 +84,20 @@ def run_and_name(name: str) -> tuple[int | None, str]:
     return (int(found[1]), found[2]) if found else (None, name)
 
 
+def run_of(channel: Channel) -> int | None:
+    """The run of a channel in a log of several runs; None for what belongs to no run."""
+    number = channel.metadata.get(RUN_KEY, "")
+    return int(number) if number.isascii() and number.isdecimal() else None
+
+
 def unmarked(part: Part) -> tuple[int | None, Part]:
     """The run of an item of a log of several runs, and the item as it is in the run's own log."""
     if isinstance(part, Message):
-        number = part.channel.metadata.get(RUN_KEY, "")
-        if not (number.isascii() and number.isdecimal()):
+        number = run_of(part.channel)
+        if number is None:
             return None, part
         rest = {key: value for key, value in part.channel.metadata.items() if key != RUN_KEY}
-        return int(number), part._replace(channel=replace(part.channel, metadata=rest))
+        return number, part._replace(channel=replace(part.channel, metadata=rest))
     run, name = run_and_name(part.name)
     return run, part if run is None else replace(part, name=name)
 
@@ -116,7 +141,7 @@ class RunMarker:
 
 
 def split_by_run(
-    source: Path, output: Path, style: LogLayout, loss: ReadLoss, progress: Progress = iter
+    source: Path, output: Path, style: LogLayout, lost: LossRecord, progress: Progress = iter
 ) -> tuple[list[Path], int]:
     """One file a run, output_0000.mcap, ...: the files, and how many messages were read.
 
@@ -126,18 +151,20 @@ def split_by_run(
     taking = _RunFiles(output, style, profile_of(source))
     count = 0
     with taking.files:
-        for message in progress(_messages(source, loss, taking)):
+        for message in progress(_messages(source, lost, taking)):
             taking.put(message)
             count += 1
+        taking.tell(lost)
     remove_parts(output, beyond=len(taking.paths))
     return taking.paths, count
 
 
-def _messages(source: Path, loss: ReadLoss, taking: _RunFiles) -> Iterator[Message]:
-    for part in contents(source, loss):
+def _messages(source: Path, lost: LossRecord, taking: _RunFiles) -> Iterator[Message]:
+    for part in contents(source, lost.loss):
         if isinstance(part, Message):
+            lost.count(part)
             yield part
-        elif isinstance(part, Attachment | Metadata):
+        elif isinstance(part, Attachment) or (isinstance(part, Metadata) and not lost.take(part)):
             taking.put(part)
 
 
@@ -150,7 +177,7 @@ class _RunFiles:
     profile: str
     files: ExitStack = field(default_factory=ExitStack)
     paths: list[Path] = field(default_factory=list)
-    _copiers: dict[int, Copier] = field(default_factory=dict)
+    _copiers: dict[int, LogCopier] = field(default_factory=dict)
     _of_no_run: list[Attachment | Metadata] = field(default_factory=list)
 
     def put(self, part: Part) -> None:
@@ -166,16 +193,24 @@ class _RunFiles:
         for copier in self._copiers.values():
             _copy(copier, plain)
 
+    def tell(self, lost: LossRecord) -> None:
+        """Writes to each run's file what of it is lost."""
+        for run, copier in self._copiers.items():
+            for name, facts in lost.records():
+                of, plain = run_and_name(name)
+                if of is None or of == run:
+                    copier.writer.add_metadata(plain, facts)
+
     def _open(self, run: int) -> None:
         path = part_path(self.output, len(self.paths))
-        copier = self.files.enter_context(Copier(path, self.style, profile=self.profile))
+        copier = self.files.enter_context(LogCopier(path, self.style, profile=self.profile))
         self._copiers[run] = copier
         self.paths.append(path)
         for part in self._of_no_run:
             _copy(copier, part)
 
 
-def _copy(copier: Copier, part: Part) -> None:
+def _copy(copier: LogCopier, part: Part) -> None:
     if isinstance(part, Message):
         copier.copy(part)
     elif isinstance(part, Attachment):

@@ -29,7 +29,7 @@ from workbench.errors import BadValue, Malformed
 from workbench.log_schema.codec import UndecodableMessage
 from workbench.log_schema.corrections import NOTE_TOPIC, Correction, correction_from
 from workbench.log_schema.events import NANO
-from workbench.remote.errors import IsRemote
+from workbench.remote.errors import LocalFileRequired
 from workbench.remote.path import RemotePath, path_of
 
 TRIES, WAIT_S = 20, 0.05
@@ -96,12 +96,12 @@ def add_note(
         LogInUse: another process has been writing to it for longer than a note takes.
         CannotCreate: there is no permission to write to it.
         DiskFull: no space is left; the log is unchanged.
-        IsRemote: it lies at an address, where nothing is changed.
+        LocalFileRequired: it lies at an address, where nothing is changed.
         BadValue: an empty text, an invalid time, or one outside the log.
     """
     path = path_of(path)
     if isinstance(path, RemotePath):
-        raise IsRemote("the log", path)
+        raise LocalFileRequired("the log", path)
     if not text.strip():
         raise BadValue("the note", text or None, "some words")
     for _ in range(TRIES):

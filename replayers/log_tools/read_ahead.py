@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import queue
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache
 from typing import TypeVar
 
 from replayers.log_tools.whole_chunk import WholeChunk
@@ -16,6 +18,10 @@ BATCH = 64
 """Items that are handed over together; a whole chunk ends a batch."""
 AHEAD = 1
 """Batches that wait."""
+MMAP_THRESHOLD, TRIM_THRESHOLD = -3, -1
+"""Parameters of glibc's mallopt."""
+REUSED_BYTES = 32 << 20
+"""Blocks of memory up to this size, which is glibc's largest, are reused."""
 
 
 def read_ahead(items: Iterator[Item[T]]) -> Iterator[Item[T]]:
@@ -23,6 +29,7 @@ def read_ahead(items: Iterator[Item[T]]) -> Iterator[Item[T]]:
 
     The thread ends with the last item, or with the iteration.
     """
+    _reuse_memory()
     batches: queue.Queue[list[Item[T]] | None] = queue.Queue(AHEAD)
     stopped = threading.Event()
     failures: list[BaseException] = []
@@ -49,6 +56,18 @@ def read_ahead(items: Iterator[Item[T]]) -> Iterator[Item[T]]:
         while worker.is_alive():
             _drop_one(batches)
         worker.join()
+
+
+@cache
+def _reuse_memory() -> None:
+    """Makes glibc reuse the memory of a chunk for the next one.
+
+    By default it takes new pages from the system for each, which costs more time than checksums and decompression.
+    """
+    with suppress(OSError, AttributeError, TypeError):  # another C library, or another system
+        library = ctypes.CDLL(None)
+        library.mallopt(MMAP_THRESHOLD, REUSED_BYTES)
+        library.mallopt(TRIM_THRESHOLD, 2 * REUSED_BYTES)
 
 
 def _batches(items: Iterator[Item[T]]) -> Iterator[list[Item[T]]]:

@@ -17,11 +17,10 @@ from typing import Any
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
 
-from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, pieces_at, profile_of
-from replayers.log_tools.log_paths import shown
-from replayers.log_tools.metadata_names import RECOVERED_METADATA
+from replayers.log_tools.copy_log import LogCopier, LogLayout, ReadLoss, pieces_at, profile_of
 from replayers.log_tools.multi_run import run_and_name
 from replayers.log_tools.read_ahead import read_ahead
+from replayers.log_tools.recovered import SourceLoss
 from replayers.mcap_io.scan import Damage, open_log
 from replayers.mcap_io.summary import is_closed, read_summary
 from workbench.errors import BadValue
@@ -72,7 +71,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
 
     Raises:
         FileMissing, NoMcap: there is nothing to read.
-        OutputExists, CannotCreate, NoRoom: the output cannot be written; no partial file is left.
+        OutputExists, CannotCreate, NoDiskSpace: the output cannot be written; no partial file is left.
         BadValue: output and source are the same file.
     """
     source, output = path_of(source), Path(output)
@@ -83,14 +82,11 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
         raise BadValue("output", str(output), "another file than the log itself")
     expected = summary.statistics.message_count if summary and summary.statistics else None
     loss = ReadLoss()
-    with Copier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
-        done = _copy(source, copier, loss, progress)
-        facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
-        if expected is not None:
-            facts["expected"] = str(expected)
-        dropped = loss.messages > 0 or any(damage.loses_content and not damage.cut_off for damage in loss.damages)
-        facts["lossy"] = "true" if dropped or expected not in (None, done["messages"]) else "false"
-        copier.writer.add_metadata(RECOVERED_METADATA, facts)
+    lost = SourceLoss(name=source.name, loss=loss, expected=expected)
+    with LogCopier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
+        done = _copy(source, copier, lost, progress)
+        for name, facts in lost.records(always=True):
+            copier.writer.add_metadata(name, facts)
     return Recovery(
         source=source,
         output=output,
@@ -105,8 +101,9 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
     )
 
 
-def _copy(source: Path, copier: Copier, loss: ReadLoss, progress: Progress) -> dict[str, int]:
+def _copy(source: Path, copier: LogCopier, lost: SourceLoss, progress: Progress) -> dict[str, int]:
     """Copies and counts what is intact."""
+    loss = lost.loss
     done = {"messages": 0, "attachments": 0, "metadata": 0}
     identity: dict[str, str] = {}
     named: set[str] = set()
@@ -117,6 +114,8 @@ def _copy(source: Path, copier: Copier, loss: ReadLoss, progress: Progress) -> d
             if piece.name == SETTINGS_ATTACHMENT:
                 identity = _identity_in(piece.data)
         elif isinstance(piece, Metadata):
+            if lost.take(piece):
+                continue
             if is_intact(run_and_name(piece.name)[1], piece.metadata):
                 copier.describe(piece)
                 named.add(piece.name)
@@ -125,6 +124,7 @@ def _copy(source: Path, copier: Copier, loss: ReadLoss, progress: Progress) -> d
                 what = f"metadata {piece.name[:60]!r}: its checksum is wrong"
                 loss.add(Damage(offset, what, opcode=Opcode.METADATA))
         elif not isinstance(piece, Header):
+            lost.count(piece)
             done["messages"] += copier.copy_piece(piece)
     if identity and INFO_METADATA not in named:
         copier.writer.add_metadata(INFO_METADATA, identity)

@@ -14,9 +14,10 @@ from typing import Any, Protocol
 from mcap.records import Attachment, Channel, Header, Metadata, Schema
 
 from recorders.sinks.files import PART_METADATA, REPEATED
-from replayers.log_tools.copy_log import Copier, LogLayout, Part, ReadLoss, pieces, profile_of
+from replayers.log_tools.copy_log import LogCopier, LogLayout, Part, ReadLoss, pieces, profile_of
 from replayers.log_tools.merge_order import by_time
 from replayers.log_tools.multi_run import RunMarker, member_name, runs_of, split_by_run
+from replayers.log_tools.recovered import SourceLoss, missing_parts, records_of
 from replayers.log_tools.whole_chunk import WholeChunk
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import wanted_chunks
@@ -56,17 +57,19 @@ class MixedRuns(Malformed):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rewritten:
+class RewriteReport:
     """The result of rewriting logs.
 
     Attributes:
         dropped: messages that were not wanted.
+        parts_missing: numbers of parts of a recording that were not among those that were joined.
     """
 
     outputs: tuple[Path, ...]
     messages: int
     dropped: int
     loss: ReadLoss
+    parts_missing: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +122,7 @@ def filtered(
     progress: Progress = iter,
     *,
     change: Change | None = None,
-) -> Rewritten:
+) -> RewriteReport:
     """Copies the wanted messages of a log: whole chunks as they stand where the layout allows it and all is wanted.
 
     Chunks that, by the index, hold nothing that is wanted are not read.
@@ -130,29 +133,37 @@ def filtered(
     loss, kept = ReadLoss(), 0
     require_distinct_output([source], output)
     jumps, dropped = _unwanted_chunks(source, wanted)
-    with Copier(output, style, profile=profile_of(source)) as copier:
-        for piece in progress(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change)):
+    lost = SourceLoss(name=source.name, loss=loss)
+    with LogCopier(output, style, profile=profile_of(source)) as copier:
+        for piece in progress(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change, lost)):
             size = len(piece.places) if isinstance(piece, WholeChunk) else 1
             taken = _copy_wanted(piece, copier, wanted, change)
             kept, dropped = kept + taken, dropped + size - taken
-    return Rewritten(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
+        for name, facts in lost.records() if wanted.metadata else ():
+            copier.writer.add_metadata(name, facts)
+    return RewriteReport(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
 
 
 def _stream_pieces(
-    found: Iterator[Part | WholeChunk], copier: Copier, wanted: MessageFilter, change: Change | None
+    found: Iterator[Part | WholeChunk],
+    copier: LogCopier,
+    wanted: MessageFilter,
+    change: Change | None,
+    lost: SourceLoss,
 ) -> Iterator[Piece]:
     """The messages and chunks of a log; its wanted attachments and metadata are copied as they are read."""
     for part in found:
         if isinstance(part, Message | WholeChunk):
+            lost.count(part)
             yield part
         elif isinstance(part, Attachment) and wanted.attachments:
             if change is None or change.keeps(part):
                 copier.attach(part)
-        elif isinstance(part, Metadata) and wanted.metadata:
+        elif isinstance(part, Metadata) and wanted.metadata and not lost.take(part):
             copier.describe(part)
 
 
-def _copy_wanted(piece: Piece, copier: Copier, wanted: MessageFilter, change: Change | None) -> int:
+def _copy_wanted(piece: Piece, copier: LogCopier, wanted: MessageFilter, change: Change | None) -> int:
     """Copies what is wanted; returns how many messages it is."""
     if isinstance(piece, Message):
         return _copy_changed(piece, copier, change) if wanted.message(piece) else 0
@@ -166,7 +177,7 @@ def _copy_wanted(piece: Piece, copier: Copier, wanted: MessageFilter, change: Ch
     )
 
 
-def _copy_changed(message: Message, copier: Copier, change: Change | None) -> int:
+def _copy_changed(message: Message, copier: LogCopier, change: Change | None) -> int:
     if change is not None and change.concerns(message.channel, message.schema):
         changed = change.changed(message)
         if changed is None:
@@ -204,7 +215,7 @@ def merge_logs(
     several_runs: bool = False,
     allow_duplicates: bool = False,
     progress: Progress = iter,
-) -> Rewritten:
+) -> RewriteReport:
     """Merges several logs into one, by log time. Equal attachments, metadata and channels become one.
 
     Parts of a split log become the original log again: what later parts only repeat is left out.
@@ -218,16 +229,27 @@ def merge_logs(
     """
     require_distinct_output(sources, output)
     _each_once(sources)
-    loss, count = ReadLoss(), 0
+    count, missing = 0, set[int]()
     runs = runs_of(sources) if several_runs else [None] * len(sources)
-    with Copier(output, style, profile=_common_profile(sources)) as copier:
+    lost = [SourceLoss(name=source.name, loss=ReadLoss()) for source in sources]
+    with LogCopier(output, style, profile=_common_profile(sources)) as copier:
         arounds = {run: _AttachmentCopier(copier, allow_duplicates, run) for run in runs}
         copier.reserve(sources)
-        flows = [_flow_of(source, loss, arounds[run]) for source, run in zip(sources, runs, strict=True)]
+        given = zip(sources, lost, runs, strict=True)
+        flows = [_flow_of(source, of_source, arounds[run]) for source, of_source, run in given]
         for piece in progress(by_time(flows)):
             count += copier.copy_piece(piece)
-    return Rewritten(
-        outputs=(output,), messages=count, dropped=sum(around.repeated for around in arounds.values()), loss=loss
+        for run in arounds:
+            of_run = [one for one, its in zip(lost, runs, strict=True) if its == run]
+            missing |= set(missing_parts(of_run))
+            for name, facts in records_of(of_run, joined=True):
+                copier.writer.add_metadata(name if run is None else member_name(name, run), facts)
+    return RewriteReport(
+        outputs=(output,),
+        messages=count,
+        dropped=sum(around.repeated for around in arounds.values()),
+        loss=ReadLoss.sum(one.loss for one in lost),
+        parts_missing=tuple(sorted(missing)),
     )
 
 
@@ -240,7 +262,7 @@ def split_log(
     part_bytes: int | None = None,
     by_run: bool = False,
     progress: Progress = iter,
-) -> Rewritten:
+) -> RewriteReport:
     """Splits a log into parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ...
 
     With force, the surplus parts of an earlier, longer split of that name are removed.
@@ -257,20 +279,20 @@ def split_log(
     if by_run:
         if part_s is not None or part_bytes is not None:
             raise BadValue("which of --by run, --every and --size", "several", "one")
-        paths, count = split_by_run(source, output, style, loss, progress)
-        return Rewritten(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
+        paths, count = split_by_run(source, output, style, SourceLoss(name=source.name, loss=loss), progress)
+        return RewriteReport(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
     with LogSplitter(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
         for message in progress(parts.messages(loss)):
             parts.copy(message)
             count += 1
-    return Rewritten(outputs=tuple(parts.paths), messages=count, dropped=0, loss=loss)
+    return RewriteReport(outputs=tuple(parts.paths), messages=count, dropped=0, loss=loss)
 
 
 @dataclass(slots=True)
 class _AttachmentCopier:
     """Attachments and metadata of several logs as they are copied into one."""
 
-    copier: Copier
+    copier: LogCopier
     allow_duplicates: bool
     run: int | None
     seen: dict[tuple[str, str], set[bytes]] = field(default_factory=dict)
@@ -295,11 +317,13 @@ class _AttachmentCopier:
             self.copier.describe(part)
 
 
-def _flow_of(source: Path, loss: ReadLoss, around: _AttachmentCopier) -> Iterator[Piece]:
+def _flow_of(source: Path, lost: SourceLoss, around: _AttachmentCopier) -> Iterator[Piece]:
     """What of a log's messages goes into a merged one; attachments and metadata are copied as they are read."""
     key, value = REPEATED
     marks = None if around.run is None else RunMarker(around.run)
-    for part in pieces(source, loss):
+    for part in pieces(source, lost.loss):
+        if isinstance(part, Message | WholeChunk):
+            lost.count(part)
         if isinstance(part, WholeChunk):
             if marks is None and not any(c.metadata.get(key) == value for c, _ in part.channels.values()):
                 yield part
@@ -308,7 +332,8 @@ def _flow_of(source: Path, loss: ReadLoss, around: _AttachmentCopier) -> Iterato
         elif isinstance(part, Message):
             messages = iter((part,))
         else:
-            if not isinstance(part, Header):
+            told = isinstance(part, Metadata) and lost.take(part)
+            if not told and not isinstance(part, Header):
                 around.take(part, source)
             continue
         for message in messages:

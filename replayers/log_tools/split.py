@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,8 +14,10 @@ from mcap.records import Attachment, Channel, Metadata
 from recorders.foxglove.channels import LATCHED
 from recorders.mcap_io.file import part_path, remove_parts
 from recorders.sinks.files import PART_METADATA, REPEATED
-from replayers.log_tools.copy_log import ChannelKey, Copier, LogLayout, ReadLoss, channel_key, contents, profile_of
+from replayers.log_tools.copy_log import ChannelKey, LogCopier, LogLayout, ReadLoss, channel_key, contents, profile_of
 from replayers.log_tools.log_paths import shown
+from replayers.log_tools.multi_run import run_of
+from replayers.log_tools.recovered import EVIDENCE_TOPICS, SourceLoss
 from replayers.mcap_io.messages import Message
 from workbench.errors import BadValue
 from workbench.log_schema.events import NANO
@@ -45,17 +48,22 @@ class LogSplitter:
         self._standing: dict[ChannelKey, Message] = {}
         self._first_ns: int | None = None
         self.paths: list[Path] = []
-        self._finished: list[Copier] = []
+        self._finished: list[LogCopier] = []
+        self._counts: dict[int | None, Counter[str]] = {}
         self._copier = self._open()
 
     def messages(self, loss: ReadLoss) -> Iterator[Message]:
-        """The messages of the source; attachments and metadata go to every part."""
+        """The messages of the source; attachments and metadata go to every part, what is lost to the last one."""
+        lost = SourceLoss(name=self._source.name, loss=loss)
         for part in contents(self._source, loss):
             if isinstance(part, Message):
+                lost.count(part)
                 yield part
-            elif isinstance(part, Attachment | Metadata):
+            elif isinstance(part, Attachment) or (isinstance(part, Metadata) and not lost.take(part)):
                 self._around.append(part)
                 self._put(part)
+        for name, facts in lost.records_of_last_part(self._counts):
+            self._copier.writer.add_metadata(name, facts)
 
     def copy(self, message: Message) -> None:
         if self._is_full(message.log_time):
@@ -63,6 +71,8 @@ class LogSplitter:
         if self._first_ns is None:
             self._first_ns = message.log_time
         self._copier.copy(message)
+        if message.topic in EVIDENCE_TOPICS:
+            self._counts.setdefault(run_of(message.channel), Counter())[message.topic] += 1
         if message.topic in STANDING_TOPICS:
             self._standing[channel_key(message.channel, message.schema)] = message
 
@@ -92,7 +102,7 @@ class LogSplitter:
         self._copier.finish()
         self._finished.append(self._copier)
         self._copier = self._open()
-        self._first_ns = None
+        self._first_ns, self._counts = None, {}
         for part in self._around:
             self._put(part)
         for message in self._standing.values():
@@ -105,9 +115,9 @@ class LogSplitter:
         elif part.name != PART_METADATA:
             self._copier.describe(part)
 
-    def _open(self) -> Copier:
+    def _open(self) -> LogCopier:
         path = part_path(self._output, len(self.paths))
-        copier = Copier(path, self._style, profile=self._profile)
+        copier = LogCopier(path, self._style, profile=self._profile)
         before = shown(self.paths[-1].name) if self.paths else ""
         copier.writer.add_metadata(PART_METADATA, {"part": str(len(self.paths)), "before": before})
         self.paths.append(path)

@@ -10,7 +10,7 @@ from workbench.log_schema.events import NANO
 
 EPOCH_FROM = 10**15
 """A whole number from here on is nanoseconds since the epoch (11 days into 1970); below it is seconds."""
-NEWEST = (1 << 64) - 1
+END_OF_TIME_NS = (1 << 64) - 1
 
 
 def moment(text: str, *, start_ns: int, option: str) -> int:
@@ -25,13 +25,13 @@ def moment(text: str, *, start_ns: int, option: str) -> int:
         BadValue: none of these.
     """
     if text.isdigit() and len(text) < 21 and int(text) >= EPOCH_FROM:
-        return min(int(text), NEWEST)
+        return min(int(text), END_OF_TIME_NS)
     try:
         seconds = float(text)
     except ValueError:
         seconds = None
     if seconds is not None and isfinite(seconds) and abs(seconds) < 1e10:
-        return min(max(start_ns + round(seconds * NANO), 0), NEWEST)
+        return min(max(start_ns + round(seconds * NANO), 0), END_OF_TIME_NS)
     try:
         when = datetime.fromisoformat(text)
     except ValueError:

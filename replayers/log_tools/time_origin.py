@@ -16,7 +16,7 @@ from recorders.mcap_io.index import LogIndex
 from replayers.mcap_io.reader import messages
 from workbench.log_schema.events import RunInfo
 
-MAX_EARLY = 1000
+MAX_EARLY_MESSAGES = 1000
 """Messages before the bulk that are looked at."""
 EARLY_SHARE = 0.05
 """Messages before the bulk are at most this share of all, or one."""
@@ -53,9 +53,9 @@ def time_origin(path: Path, index: LogIndex, info: RunInfo | None) -> TimeOrigin
 def bulk_start(stamps_ns: Iterable[int], *, count: int, last_ns: int) -> TimeOrigin:
     """Where the bulk of stamps begins: after a gap that is longer than all that follows it.
 
-    Memory: MAX_EARLY stamps.
+    Memory: MAX_EARLY_MESSAGES stamps.
     """
-    earliest = heapq.nsmallest(min(MAX_EARLY, max(int(count * EARLY_SHARE), 1)) + 1, stamps_ns)
+    earliest = heapq.nsmallest(min(MAX_EARLY_MESSAGES, max(int(count * EARLY_SHARE), 1)) + 1, stamps_ns)
     if not earliest:
         return TimeOrigin(0, OriginKind.FIRST)
     for number in range(len(earliest) - 1, 0, -1):

@@ -1,4 +1,4 @@
-"""Intact chunks of a log, which can be copied as they stand: their messages are known without being copied."""
+"""Intact chunks of a log, which can be copied as they are: their messages are known without decoding."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from mcap.records import Channel, Schema
 
 from recorders.mcap_io.chunk import PackedChunk
 from replayers.mcap_io.messages import ChunkMessages, Message
-from replayers.mcap_io.records import ChunkRecord, UnreadableRecord, message_head, walk_chunk
+from replayers.mcap_io.records import MAX_RECORD_BYTES, ChunkRecord, UnreadableRecord, message_head, walk_chunk
+from replayers.mcap_io.stored_frame import stored_frame
 
 
 class _Place(NamedTuple):
@@ -31,6 +32,7 @@ class WholeChunk:
         channels: those that it uses or declares, by id, each with its schema.
         declared: the schemas and channels that it declares.
         start_ns, end_ns: first and last log time of its messages; 0 without messages.
+        packed_crc: checksum of its compressed data; None where it was not computed.
     """
 
     record: ChunkRecord
@@ -40,6 +42,7 @@ class WholeChunk:
     declared: Sequence[Schema | Channel]
     start_ns: int
     end_ns: int
+    packed_crc: int | None = None
 
     def messages(self, wanted: Callable[[str, int], bool] | None = None) -> Iterator[Message]:
         """Its messages in order; with `wanted`, those whose topic and log time it takes."""
@@ -63,6 +66,7 @@ class WholeChunk:
             start_ns=self.start_ns,
             end_ns=self.end_ns,
             index=index,
+            data_crc=self.packed_crc,
         )
 
 
@@ -73,7 +77,7 @@ def whole_chunk(record: ChunkRecord, content: ChunkMessages) -> WholeChunk | Non
         content: the declarations before it.
     """
     try:
-        data = record.unpack()
+        data, packed_crc = _unpacked(record)
         declared, places = walk_chunk(data)
     except UnreadableRecord:
         return None
@@ -103,4 +107,19 @@ def whole_chunk(record: ChunkRecord, content: ChunkMessages) -> WholeChunk | Non
         declared=declared,
         start_ns=min(stamps, default=0),
         end_ns=max(stamps, default=0),
+        packed_crc=packed_crc,
     )
+
+
+def _unpacked(record: ChunkRecord) -> tuple[bytes, int | None]:
+    """The records inside, checked, and the checksum of the compressed data where that costs nothing.
+
+    Raises:
+        UnreadableRecord: as of `ChunkRecord.unpack`.
+    """
+    stored = None
+    if record.compression == "zstd" and record.uncompressed_crc and record.uncompressed_size <= MAX_RECORD_BYTES:
+        stored = stored_frame(record.packed)
+    if stored is None or (stored.crc, len(stored.content)) != (record.uncompressed_crc, record.uncompressed_size):
+        return record.unpack(), None
+    return stored.content, stored.frame_crc

@@ -10,6 +10,7 @@ import struct
 import threading
 import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -209,6 +210,9 @@ def unpacked(packed: bytes | memoryview, compression: str, size: int) -> bytes:
         return bytes(packed)
     try:
         if compression == "zstd":
+            if 0 < size <= STEP_BYTES and zstandard.frame_content_size(packed) == size:
+                with suppress(zstandard.ZstdError):  # one frame, in one step; anything else as a stream
+                    return _zstd().decompress(packed, allow_extra_data=False)
             with _zstd().stream_reader(packed, read_across_frames=True) as stream:
                 return _read_up_to(stream, size + 1)
         if compression == "lz4":
@@ -255,14 +259,14 @@ def _chunk(body: bytes) -> tuple[Record, int]:
     try:
         compression = body[32 : data - 8].decode("utf-8")
     except UnicodeDecodeError:
-        raise UnreadableRecord("its compression's name is no text") from None
+        raise UnreadableRecord("its compression's name is not text") from None
     return ChunkRecord(start, end, size, crc, compression, memoryview(body)[data : data + length]), data + length
 
 
 def _attachment(body: bytes) -> tuple[Record, int]:
     record, used = _checked_parser(Attachment)(body)
     if not isinstance(record, Attachment):
-        raise UnreadableRecord("it is no attachment")
+        raise UnreadableRecord("it is not an attachment")
     (crc,) = struct.unpack_from("<L", body, used - 4)
     if crc and zlib.crc32(memoryview(body)[: used - 4]) != crc:
         raise UnreadableRecord(f"the checksum of attachment {record.name[:60]!r} is wrong")
@@ -317,7 +321,7 @@ def _chunk_index(body: bytes) -> tuple[Record, int]:
     try:
         compression = body[name : used - 16].decode("utf-8")
     except UnicodeDecodeError:
-        raise UnreadableRecord("its compression's name is no text") from None
+        raise UnreadableRecord("its compression's name is not text") from None
     record = ChunkIndex(
         chunk_length=length,
         chunk_start_offset=at,

@@ -56,7 +56,7 @@ class Damage(NamedTuple):
     Attributes:
         offset: byte offset of the record.
         what: description in words.
-        cut_off: the file merely ends early, as when a recorder was killed.
+        cut_off: nothing can be read after it: the file ends early, as when a recorder was killed, perhaps in zeros.
         opcode: opcode of the record, as far as it is known; -1 where there is none.
     """
 
@@ -79,7 +79,7 @@ def open_log(path: Path | str) -> BinaryIO:
 
     Raises:
         FileMissing, NoMcap, MalformedFile: no such file, not an MCAP file, or it cannot be opened.
-        NoCredentials, NoRanges, Unreachable: of one at an address.
+        NoCredentials, RangesUnsupported, Unreachable: of one at an address.
     """
     path = path_of(path)
     stream = _remote(path) if isinstance(path, RemotePath) else _local(path)
@@ -100,7 +100,9 @@ def _remote(path: RemotePath) -> BinaryIO:
 def _local(path: Path) -> BinaryIO:
     try:
         if not S_ISREG(mode := os.stat(path).st_mode) and not S_ISDIR(mode):
-            raise MalformedFile(path, "it is no regular file", "Write it to one first: a log is read back and forth")
+            raise MalformedFile(
+                path, "it is not a regular file", "Write it to one first: a log is read back and forth"
+            )
         return open(path, "rb")
     except (FileNotFoundError, NotADirectoryError):
         raise FileMissing(path) from None
@@ -157,8 +159,7 @@ def scan(
         again = found.end
         if again < 0:
             again = next_record(stream, resume if resume <= offset else offset + 1, limit, chunked=chunked)
-        cut_off = again < 0 and found.opcode != 0
-        on_damage(Damage(offset, found.damage, cut_off, -1 if found.record is not None else found.opcode))
+        on_damage(Damage(offset, found.damage, again < 0, -1 if found.record is not None else found.opcode))
         if found.record is not None:
             yield offset, found.record
         if again < 0:

@@ -1,1 +1,1 @@
-"""What the logs of a place remember of it."""
+"""The memory of a place from its logs."""

@@ -25,7 +25,7 @@ class NoLooks(InputError):
         super().__init__(f"{where}: no log there shows what a container held. Give logs of runs that looked.")
 
 
-class NothingTwice(InputError):
+class NoRepeatedLooks(InputError):
     """Logs in which no container was looked into by two runs."""
 
     def __init__(self, where: str) -> None:

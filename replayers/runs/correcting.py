@@ -1,4 +1,4 @@
-"""What a person's correction may say of a run, and what the run's contents are with it.
+"""Corrections of a run by a person: their checks, and the run's contents with them.
 
 It is about a look: the container was looked into, the item was not shown, and it had not been carried before.
 """
@@ -21,7 +21,7 @@ class NotCorrectable(InputError):
     """A correction that says nothing of this run, or contradicts it."""
 
     def __init__(self, run: Run, correction: Correction, why: str) -> None:
-        super().__init__(f"{run.path}: {correction.words}? {why}.")
+        super().__init__(f"{run.path}: cannot note that {correction.words}: {why}.")
 
 
 def read_correction(
@@ -83,14 +83,16 @@ def with_corrections(
 def _check(correction: Correction, run: Run, contents: Contents, known: Contents) -> None:
     container, item = correction.container, correction.item
     if container in known:
-        raise NotCorrectable(run, correction, "what it holds was given at the start, and no look was needed")
+        raise NotCorrectable(
+            run, correction, "its contents were known at the start, so no look missed anything there"
+        )
     if container not in contents:
         raise NotCorrectable(run, correction, "nobody looked into it in this run, so no look missed anything there")
     told_alone = item.id == made_up_id(item.type, container)
     here = next((i for i in contents[container] if i.id == item.id or (told_alone and i.type == item.type)), None)
     if here is not None:
         raise NotCorrectable(
-            run, correction, f"the log knows of {here.id} there; to tell of another one, give its id"
+            run, correction, f"the log knows of {here.id} there; to add another instance, give its id"
         )
     elsewhere = next((c for c, items in sorted(contents.items()) if any(i.id == item.id for i in items)), None)
     if elsewhere is not None:

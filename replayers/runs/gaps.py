@@ -1,4 +1,4 @@
-"""What is missing from a run: damaged places, gaps in action indexes and decision numbers, lost observations.
+"""Gaps in a run: damaged places, missing action indexes and decision numbers, lost observations.
 
 A run numbers its actions and decisions from 1 without a gap, observes each container that it searches, and believes
 at its first decision about every container that it did not know at the start; its recorder numbers the messages of
@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from replayers.log_tools.info import Description
+from replayers.log_tools.recovered import EVIDENCE_TOPICS, Lost
 from replayers.mcap_io.integrity import damages_behind
 from replayers.mcap_io.scan import Damage
 from replayers.runs.run import Run, read
@@ -23,8 +24,6 @@ from workbench.worlds.house import LocationId
 
 NEAR_COST = 1e-2
 """Costs are rounded to six decimals and added up over a run."""
-NEEDED = frozenset({TOPIC_OF[kind] for kind in (ActionFinished, BeliefUpdate, Observation, PlanComputed)})
-"""Topics that a replay rests on."""
 SIMULATED_SOURCES = ("simulation", "replay")
 
 
@@ -59,10 +58,12 @@ class Gaps:
 def gaps_of(run: Run) -> Gaps:
     """What is missing from a run; a log that merely ends early has no gaps."""
     damages = [damage for damage in run.damage if damage.loses_content and not damage.cut_off]
-    closed = run.closed and run.outcome is None and bool(run.plans)
+    closed = run.closed and run.outcome is None and bool(run.plans) and not _only_end_lost(run)
     lost: list[str] = []
     if damages:
         lost.append(damage_line(damages))
+    if run.recovered is not None and run.recovered.lost is Lost.MIDDLE:
+        lost.append(run.recovered.words or run.recovered.lost)
     indexes = {action.index for action in run.actions}
     absent = sorted(set(range(1, max(indexes, default=0))) - indexes)
     if absent:
@@ -75,12 +76,12 @@ def gaps_of(run: Run) -> Gaps:
     undecided = sorted(set(range(1, max(made, default=0))) - made)
     if undecided:
         lost.append(f"{_many(len(undecided), 'decision')} of {max(made)} missing, the first number {undecided[0]}")
-    messages = {topic: run.skipped[topic] for topic in sorted(run.skipped) if topic in NEEDED}
+    messages = {topic: run.skipped[topic] for topic in sorted(run.skipped) if topic in EVIDENCE_TOPICS}
     if messages:
         lost.append(
             ", ".join(f"{count} of {topic}" for topic, count in messages.items()) + " missing by their numbers"
         )
-    not_looked = _first_looks_lost(run)
+    not_looked = _first_looks_lost(run, certain=not lost)
     if not_looked:
         lost.append(f"what was seen in {', '.join(sorted(not_looked)[:3])} is missing")
     start = _start_knowledge(run, certain=not lost)
@@ -113,7 +114,7 @@ def losses_of_logs(paths: Iterable[Path]) -> dict[str, tuple[str, ...]]:
         try:
             found |= losses([read(path)])
         except LiosError:
-            continue  # whoever uses the log tells why
+            continue  # using the log says why
     return found
 
 
@@ -132,6 +133,19 @@ def losses_of_listed(found: Description) -> tuple[str, ...]:
 def loss_lines(lost: Mapping[str, tuple[str, ...]]) -> list[str]:
     """One line for each log that is not whole."""
     return [f"note: {log} is not whole: {'; '.join(what)}" for log, what in lost.items()]
+
+
+def _only_end_lost(run: Run) -> bool:
+    """Whether it is a copy of a log that was cut off, with every message that rests in that log."""
+    if run.recovered is None:
+        return False
+    events = {
+        ActionFinished: run.actions,
+        BeliefUpdate: run.beliefs,
+        Observation: run.observations,
+        PlanComputed: run.plans,
+    }
+    return run.recovered.only_end_lost({TOPIC_OF[kind]: len(found) for kind, found in events.items()})
 
 
 def _many(count: int, noun: str) -> str:
@@ -156,8 +170,14 @@ def _ended_later(run: Run) -> bool:
     return simulated and run.outcome.own_cost - sum(action.cost for action in run.actions) > NEAR_COST
 
 
-def _first_looks_lost(run: Run) -> frozenset[str]:
-    """Containers that were searched, or picked from, before their first observation in the log."""
+def _first_looks_lost(run: Run, *, certain: bool) -> frozenset[str]:
+    """Containers that were searched, or picked from, before their first observation in the log.
+
+    Args:
+        certain: nothing else is missing: where the run is not simulated, a pick without a look is then one in a
+            container of which no look counts.
+    """
+    without_look = certain and run.info.source not in SIMULATED_SOURCES
     first_seen: dict[str, int] = {}
     for seen in run.observations:
         first_seen[seen.container] = min(seen.stamp.ns, first_seen.get(seen.container, seen.stamp.ns))
@@ -169,7 +189,11 @@ def _first_looks_lost(run: Run) -> frozenset[str]:
         and action.target in containers
         and (
             (action.action == "search" and not _observed_by(action.stamp.ns, first_seen.get(action.target)))
-            or (action.action == "pick" and not _observed_by(action.start.ns, first_seen.get(action.target)))
+            or (
+                action.action == "pick"
+                and not without_look
+                and not _observed_by(action.start.ns, first_seen.get(action.target))
+            )
         )
         and not (action.action == "search" and _ends_the_log(run, action))
     )

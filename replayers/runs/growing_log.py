@@ -59,7 +59,7 @@ class GrowingLog:
 
         Raises:
             FileMissing, NoMcap: no file, or no MCAP file.
-            HoldsNoRun: the run's identity, place or task is not on disk yet, or it is no log of a run.
+            NoRunInLog: the run's identity, place or task is not on disk yet, or it is no log of a run.
             SeveralRuns, UndecodableMessage, NewerSchema: as `replayers.read`.
         """
         with open_log(self.path) as stream:

@@ -19,7 +19,8 @@ from mcap.records import Attachment, DataEnd, Metadata
 
 from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.log_paths import shown
-from replayers.log_tools.multi_run import HoldsNoRun, SeveralRuns, run_and_name
+from replayers.log_tools.multi_run import NoRunInLog, SeveralRuns, run_and_name
+from replayers.log_tools.recovered import RECOVERED_METADATA, Recovered
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
@@ -72,6 +73,7 @@ class Run:
         corrections: what people say was there although no look showed it (lios log note --seen).
         part: the number of this file among the parts of a recording, from 0; empty for a log that was not split.
         skipped: topics whose sequence numbers, which the recorder counts from 0, have gaps; how many are missing.
+        recovered: what a copy of a damaged or cut-off log says of that log; None where it is no such copy.
     """
 
     path: Path
@@ -98,6 +100,7 @@ class Run:
     corrections: tuple[Correction, ...] = ()
     part: str = ""
     skipped: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    recovered: Recovered | None = None
     sha256_read: str = ""
     """Hash of the part of a growing file that was read; empty for a file that was read to its end."""
 
@@ -123,7 +126,7 @@ class Run:
             ("decisions", len(self.plans)),
             ("actions", len(self.actions)),
         ]
-        note = "" if self.complete else "The log stops short of its end."
+        note = "" if self.complete else "The log was cut off."
         return html_table(f"Run {self.path.name}", (), rows, note=note)
 
     def show(self, *others: Run, height_px: int = 640) -> None:
@@ -202,7 +205,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
     Raises:
         FileMissing, NoMcap: no file, or no MCAP file.
         SeveralRuns: several runs in one file.
-        HoldsNoRun: an MCAP file without a run's identity, place or task.
+        NoRunInLog: an MCAP file without a run's identity, place or task.
         UndecodableMessage: a message inside an intact chunk that is not what its topic says.
         NewerSchema: recorded by a later release.
     """
@@ -248,6 +251,7 @@ class RunBuilder:
     corrections: list[Correction] = field(default_factory=list)
     several: bool = False
     part: str = ""
+    recovered: Recovered | None = None
     skipped: dict[str, int] = field(default_factory=dict)
     expected: dict[str, int] = field(default_factory=dict)
 
@@ -261,6 +265,8 @@ class RunBuilder:
             self.info = info_from_metadata(record.metadata)
         elif isinstance(record, Metadata) and record.name == PART_METADATA:
             self.part = record.metadata.get("part", "0")
+        elif isinstance(record, Metadata) and record.name == RECOVERED_METADATA:
+            self.recovered = Recovered.from_facts(record.metadata)
         elif isinstance(record, Attachment):
             self.attachments[record.name] = record.data
 
@@ -300,12 +306,12 @@ class RunBuilder:
 
         Raises:
             SeveralRuns: several runs in one file.
-            HoldsNoRun: the run's identity, place or task is not in it.
+            NoRunInLog: the run's identity, place or task is not in it.
         """
         if self.info is None:
             if self.several:
                 raise SeveralRuns(self.path)
-            raise HoldsNoRun(self.path, f"metadata {INFO_METADATA}")
+            raise NoRunInLog(self.path, f"metadata {INFO_METADATA}")
         settings = settings_from_json(self._attachment(SETTINGS_ATTACHMENT))
         outcome = self._last(Outcome)
         return Run(
@@ -332,12 +338,13 @@ class RunBuilder:
             damage=tuple(self.damage),
             part=self.part,
             skipped=MappingProxyType({topic: count for topic, count in self.skipped.items() if count}),
+            recovered=self.recovered,
             sha256_read=sha256_read,
         )
 
     def _attachment(self, name: str) -> bytes:
         if name not in self.attachments:
-            raise HoldsNoRun(self.path, f"attachment {name}")
+            raise NoRunInLog(self.path, f"attachment {name}")
         return self.attachments[name]
 
     def _all(self, cls: type[Wire]) -> tuple[Wire, ...]:

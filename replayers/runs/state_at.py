@@ -1,4 +1,4 @@
-"""What the robot knew at a decision, rebuilt from the observations and actions that the log holds before it."""
+"""The robot's knowledge at a decision, rebuilt from the observations and actions before it in the log."""
 
 from __future__ import annotations
 

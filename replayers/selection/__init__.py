@@ -1,1 +1,1 @@
-"""Which strategy to drive next, from replays of all of them over the trials so far: proofs, sequences, regret."""
+"""Selection of the strategy to drive next, from replays over the trials so far: proofs, sequences, regret."""

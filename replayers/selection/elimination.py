@@ -1,4 +1,4 @@
-"""Which strategies are out of question: by proof on the trials so far, and by sequences that hold for coming trials.
+"""Elimination of strategies: by proof on the trials so far, and by sequences that hold for coming trials.
 
 Two kinds of elimination, which never mix:
 
@@ -27,13 +27,12 @@ NEAR = NEAR_COST
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Elimination:
-    """A strategy that is out of question, and by which other one.
+    """A strategy that is ruled out, and by which other one.
 
     Attributes:
-        strategy, by: the dearer one and the cheaper one.
+        strategy, by: the more expensive one and the cheaper one.
         proof: by proof on the trials so far; otherwise by sequence.
-        margin: by how much the dearer one cost more in total at least (proof), or costs more a trial in the mean at
-            least (sequence).
+        margin: the least by which it cost more in total (proof), or costs more per trial on average (sequence).
     """
 
     strategy: str

@@ -1,4 +1,4 @@
-"""What one trial tells of every strategy's cost: bounds, estimates, and the greatest difference of each pair."""
+"""The cost of every strategy on one trial: bounds, estimates, and the greatest difference of each pair."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialCosts:
-    """One trial, and what its log tells of the strategies. Costs are charged costs, in metres and their equivalents.
+    """One trial, and what its log shows about the strategies. Costs are charged costs, in metres and equivalents.
 
     Attributes:
         log: the log's path.
@@ -64,7 +64,7 @@ class TrialCosts:
 
 
 def trial_costs(replays: Iterable[StoredReplay], strategies: Sequence[str], *, limit: float) -> TrialCosts:
-    """What the replays over one log tell. A strategy without a replay, or that broke, is known to cost 0 or more.
+    """What the replays over one log show. A strategy without a replay, or that broke, is known to cost 0 or more.
 
     Args:
         replays: of one log, at least one.

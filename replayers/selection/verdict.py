@@ -1,4 +1,4 @@
-"""What is known after each trial: which strategy to drive next, how sure that is, and what regret is possible."""
+"""The verdict after each trial: which strategy to drive next, how certain that is, and the possible regret."""
 
 from __future__ import annotations
 

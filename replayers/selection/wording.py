@@ -23,7 +23,7 @@ def summary(last: SelectionVerdict, *, alpha: float) -> str:
         return f"{words} Settled {last.settled}: more trials do not change the answer."
     if last.trials_to_settle is not None and last.trials_to_settle > 0:
         return f"{words} Not settled; about {last.trials_to_settle} more trials like these would settle it."
-    return f"{words} Not settled, and these trials do not tell how many more it takes."
+    return f"{words} Not settled; these trials do not show how many more are needed."
 
 
 def standing_words(name: str, last: SelectionVerdict) -> str:

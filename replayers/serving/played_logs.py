@@ -1,4 +1,4 @@
-"""Logs as one source that is read by time: what lies between two moments, and how everything stood at one."""
+"""Logs as one source that is read by time: the messages between two moments, and the state at one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from workbench.errors import MalformedFile
 OnDamage = Callable[[Path, Damage], None]
 
 
-class Shown(NamedTuple):
+class PlayedMessage(NamedTuple):
     """A message with the channel under which it is shown."""
 
     channel: ChannelSpec
@@ -80,12 +80,12 @@ class PlayedLogs:
         for log in self._logs:
             yield from log.shown.values()
 
-    def between(self, after_ns: int, until_ns: int) -> list[Shown]:
+    def between(self, after_ns: int, until_ns: int) -> list[PlayedMessage]:
         """Messages after one log time, up to and with another, in the order of their times."""
         found = [shown for log in self._logs for shown in log.between(after_ns, until_ns)]
         return sorted(found, key=lambda shown: shown.log_time)
 
-    def standing_at(self, time_ns: int) -> list[Shown]:
+    def standing_at(self, time_ns: int) -> list[PlayedMessage]:
         """The last message of every channel at or before a log time, in the order of their times."""
         found = [shown for log in self._logs for shown in log.standing_at(time_ns)]
         return sorted(found, key=lambda shown: shown.log_time)
@@ -106,13 +106,13 @@ class _PlayedLog:
             if index.counts.get(number)
         }
 
-    def between(self, after_ns: int, until_ns: int) -> Iterator[Shown]:
+    def between(self, after_ns: int, until_ns: int) -> Iterator[PlayedMessage]:
         for chunk in _overlapping(self.index, after_ns + 1, until_ns):
             for message in self._messages(chunk):
                 if after_ns < message.log_time <= until_ns:
                     yield from self._shown(message)
 
-    def standing_at(self, time_ns: int) -> Iterator[Shown]:
+    def standing_at(self, time_ns: int) -> Iterator[PlayedMessage]:
         """From the last chunk backwards, as far as chunks can hold something later than what is known."""
         best: dict[int, Message] = {}
         chunks = [chunk for chunk in self.index.chunks if chunk.message_start_time <= time_ns]
@@ -135,10 +135,10 @@ class _PlayedLog:
                 last[message.channel.id] = message
         return last
 
-    def _shown(self, message: Message) -> Iterator[Shown]:
+    def _shown(self, message: Message) -> Iterator[PlayedMessage]:
         spec = self.shown.get(message.channel.id)
         if spec is not None:
-            yield Shown(spec, message.data, message.log_time)
+            yield PlayedMessage(spec, message.data, message.log_time)
 
     def _messages(self, chunk: ChunkIndex) -> list[Message]:
         """The messages of a chunk; the last one read is kept, as playing reads each many times."""

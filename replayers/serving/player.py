@@ -30,7 +30,7 @@ class NothingToServe(NotFound):
 
 @final
 class Player:
-    """Serves logs until it is closed; a thread of its own plays them.
+    """Serves logs until it is closed; its own thread plays them.
 
     Args:
         paused: wait for a viewer to press play; otherwise playing starts when the first viewer subscribes, as many

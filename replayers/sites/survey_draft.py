@@ -18,7 +18,7 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from recorders.spot.client.localized import waypoint_of
+from recorders.spot.client.localization import waypoint_of
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
 from workbench.arrays import Floats
@@ -90,7 +90,7 @@ class SiteDraft:
 
 
 @dataclass(slots=True)
-class _Heard:
+class _SessionData:
     stamps: list[int] = field(default_factory=list)
     poses: list[Pose] = field(default_factory=list)
     tags: dict[int, list[tuple[float, float, float]]] = field(default_factory=dict)
@@ -110,7 +110,7 @@ def draft_site(path: Path, *, map_tags: frozenset[int] = frozenset()) -> SiteDra
     """
     heard = _listen(path)
     if not heard.poses:
-        raise NothingToDraft(path, f"no message on {POSE}, so nothing is known of where the robot was")
+        raise NothingToDraft(path, f"no message on {POSE}, so the robot's path is unknown")
     run = read(path)
     if run.info.source in ("simulation", "replay"):
         raise NothingToDraft(path, f"a {run.info.source}, with no robot's session to draw a place from")
@@ -203,8 +203,8 @@ def _pose_entry(pose: Pose) -> dict[str, float]:
     return {"x_m": round(pose.x_m, 2), "y_m": round(pose.y_m, 2), "yaw_deg": round(degrees(pose.yaw_rad), 1)}
 
 
-def _listen(path: Path) -> _Heard:
-    heard = _Heard()
+def _listen(path: Path) -> _SessionData:
+    heard = _SessionData()
     for topic, stamp_ns, data in _of_topics(path, (POSE, FIDUCIALS, MAP, LOCALIZATION)):
         if topic == POSE:
             pose = PoseInFrame.FromString(data).pose
@@ -244,7 +244,7 @@ def _yaw(q: Quaternion) -> float:
     return atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
 
 
-def _stops(heard: _Heard, plan: FloorPlan) -> tuple[Stop, ...]:
+def _stops(heard: _SessionData, plan: FloorPlan) -> tuple[Stop, ...]:
     """Where the robot stood for DWELL_S, revisited places counted once; the first pose is the start."""
     found: list[tuple[Pose, int, int]] = []
     first = 0

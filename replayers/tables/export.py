@@ -19,7 +19,7 @@ import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
 from recorders.mcap_io.file import CannotCreate
-from replayers.log_tools.copy_log import NoRoom
+from replayers.log_tools.copy_log import NoDiskSpace
 from replayers.tables.frames import LogSource, Problem, Tables
 from replayers.tables.schemas import SCHEMAS
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
@@ -91,7 +91,7 @@ def export(
         OutputExists: the folder holds something, and force is not given.
         WrongKind: it is a file.
         CannotCreate: it cannot be created.
-        NoRoom: the disk is full; nothing was written.
+        NoDiskSpace: the disk is full; nothing was written.
         BadValue: partitions of CSV, or by a column that is not in PARTITIONS.
     """
     tables, folder = table_names(tables), Path(folder)
@@ -121,7 +121,7 @@ def export(
         for made in sorted(draft.iterdir()):
             _replace(made, folder / made.name)
     except OSError as error:
-        raise NoRoom(folder, os.strerror(error.errno) if error.errno else str(error)) from error
+        raise NoDiskSpace(folder, os.strerror(error.errno) if error.errno else str(error)) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
         if not there_before and folder.is_dir() and not any(folder.iterdir()):
@@ -135,7 +135,7 @@ def export_table(
     """Writes one table as one file of any name.
 
     Raises:
-        UnknownName, NothingToExport, OutputExists, CannotCreate, NoRoom: as export.
+        UnknownName, NothingToExport, OutputExists, CannotCreate, NoDiskSpace: as export.
     """
     if file.exists() and not force:
         raise OutputExists(file)

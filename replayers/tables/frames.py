@@ -21,7 +21,7 @@ import pandas as pd
 import pyarrow as pa
 
 from replayers.log_tools.log_paths import NoLogs, find_logs, shown
-from replayers.log_tools.multi_run import HoldsNoRun, SeveralRuns, member_name
+from replayers.log_tools.multi_run import NoRunInLog, SeveralRuns, member_name
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages, metadata
 from replayers.mcap_io.scan import open_log
@@ -184,7 +184,7 @@ class LogSource:
         if pairs is None:
             if metadata(self.path, member_name(INFO_METADATA, 0)) is not None:
                 raise SeveralRuns(self.path)
-            raise HoldsNoRun(self.path, f"metadata {INFO_METADATA}")
+            raise NoRunInLog(self.path, f"metadata {INFO_METADATA}")
         return info_from_metadata(pairs)
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import toy
 
-from workbench.beliefs.asking.answered_estimator import answered, answers_of, goes_by_names_alone
+from workbench.beliefs.asking.answered_estimator import answered, answers_of, uses_names_alone
 from workbench.beliefs.asking.answers import MAX_ANSWER_BYTES, NotAnswered
 from workbench.beliefs.asking.state_questions import StateQuestions
 from workbench.beliefs.belief import Belief
@@ -83,8 +83,8 @@ def test_from_a_logs_answers_nobody_is_asked(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        ("nan", "no probability"),
-        ("7", "no probability"),
+        ("nan", "not a probability"),
+        ("7", "not a probability"),
         ("hm", "it raised ValueError: could not convert"),
         (None, "its answer is NoneType, not a text"),
         ("1" * (MAX_ANSWER_BYTES + 1), "is longer than"),
@@ -101,7 +101,7 @@ def test_an_answer_of_no_use_is_one_line_and_is_not_kept(answer: Any, words: str
 def test_questions_that_are_no_texts_are_one_line() -> None:
     oracle = Oracle()
     oracle.questions = lambda knowledge, item_types: [7]  # type: ignore[method-assign]
-    with pytest.raises(EstimatorFailed, match="its questions are no tuple of texts"):
+    with pytest.raises(EstimatorFailed, match="its questions are not a tuple of strings"):
         answered(oracle, may_ask=True).believe(knowing(), (MUG,))
 
 
@@ -161,4 +161,4 @@ def test_the_resolver_tells_asking_estimators_from_others(tmp_path: Path, monkey
         "Alone": "AnsweredEstimator",
         "Fine": "GuardedEstimator",
     }
-    assert [n for n, e in made.items() if goes_by_names_alone(e)] == ["Oracle", "Alone"]
+    assert [n for n, e in made.items() if uses_names_alone(e)] == ["Oracle", "Alone"]

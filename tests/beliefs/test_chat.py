@@ -9,7 +9,7 @@ import pytest
 import toy
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 
-from workbench.beliefs.asking.chat import LEAST, MOST, ChatQuestions
+from workbench.beliefs.asking.chat import MAX_PROBABILITY, MIN_PROBABILITY, ChatQuestions
 from workbench.beliefs.asking.prompt_file import Prompt, read_prompt
 from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.worlds.house import ItemType
@@ -54,7 +54,10 @@ def test_an_answer_is_read_from_among_words_for_the_containers_not_yet_searched(
     told = {FRIDGE: 0.5, COUNTER: 1, TABLE: 0.0, BED: 0.25, "Moon|1": 7}
     answers = (f"Well, {{yes}}: ```{json.dumps(told)}``` {{}}", json.dumps({"places": {DESK: 0.75}}))
     made = NAMES.probabilities(knowing(FRIDGE), (MUG, EGG), answers)
-    assert made.tolist() == [[MOST, LEAST, 0.25, LEAST], [LEAST, LEAST, LEAST, 0.75]]
+    assert made.tolist() == [
+        [MAX_PROBABILITY, MIN_PROBABILITY, 0.25, MIN_PROBABILITY],
+        [MIN_PROBABILITY, MIN_PROBABILITY, MIN_PROBABILITY, 0.75],
+    ]
 
 
 @pytest.mark.parametrize(
@@ -69,12 +72,12 @@ def test_an_answer_without_probabilities_is_one_line(answer: str) -> None:
 
 @pytest.mark.parametrize("value", ["NaN", "Infinity", "-0.1", "1.01", '"0.5"', "null", "true", "[1]", "1e999"])
 def test_a_value_that_is_no_probability_is_one_line(value: str) -> None:
-    with pytest.raises(EstimatorFailed, match=r"its answer gives Fridge\|1 .*, which is no probability"):
+    with pytest.raises(EstimatorFailed, match=r"its answer gives Fridge\|1 .*, which is not a probability"):
         NAMES.probabilities(knowing(), (MUG,), (f'{{"Fridge|1": {value}}}',))
 
 
 def test_without_an_endpoint_nobody_is_asked() -> None:
-    with pytest.raises(EstimatorFailed, match="nobody is to be asked"):
+    with pytest.raises(EstimatorFailed, match="it may not ask anything here"):
         NAMES.ask("Where?")
 
 

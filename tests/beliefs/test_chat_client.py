@@ -43,10 +43,13 @@ def always(status: int, body: bytes = b"", **headers: str) -> Callable[[dict[str
 
 
 FAULTS: dict[str, tuple[Callable[[dict[str, Any]], Reply], str]] = {
-    "no JSON": (always(200, b"<html>"), "something else than a chat completion"),
-    "no choices": (always(200, b'{"choices": []}'), "something else than a chat completion"),
-    "no text": (always(200, json.dumps({"choices": [{"message": {"content": None}}]}).encode()), "something else"),
-    "nested": (always(200, b"[" * 100_000), "something else"),
+    "no JSON": (always(200, b"<html>"), "does not answer with a chat completion"),
+    "no choices": (always(200, b'{"choices": []}'), "does not answer with a chat completion"),
+    "no text": (
+        always(200, json.dumps({"choices": [{"message": {"content": None}}]}).encode()),
+        "does not answer with",
+    ),
+    "nested": (always(200, b"[" * 100_000), "does not answer with"),
     "no key": (always(401), r"refuses the key \(401\)\. Name its key by key_env in rooms\.prompt"),
     "forbidden": (always(403), "refuses the key"),
     "too many": (always(429, Retry_After="0"), r"turns requests away as too many \(429\)\. Try later"),
@@ -108,7 +111,7 @@ def test_what_does_not_speak_http_is_one_line() -> None:
 
 
 def test_a_reply_that_dribbles_does_not_hold_it_beyond_the_limit() -> None:
-    """Whoever waits for all of it gets a reply, which is no chat completion."""
+    """Whoever waits for all of it gets a reply, which is not a chat completion."""
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def dribble() -> None:

@@ -95,7 +95,7 @@ FAULTS = {
     Raises: "it raised RuntimeError: no idea",
     Exits: "it raised SystemExit: 0",
     Hangs: "it did not answer within 0.2 s",
-    NaN: "no probability",
+    NaN: "not a probability",
     Turned: r"it must be of shape \(1, 4\)",
     AnArray: "it returned ndarray instead of a Belief",
     Nothing: "it returned nothing instead of a Belief",

@@ -17,7 +17,7 @@ from workbench.arrays import Floats32
 from workbench.beliefs.placement_mixture import (
     MIN_RATE,
     FitSettings,
-    Tally,
+    PlacementCounts,
     duplicate_probability,
     fit_kinds,
     rates_of,
@@ -116,14 +116,14 @@ class Sides:
         return np.array([[1.0, 0.0] if len(n) % 2 else [0.0, 1.0] for n in names], dtype=np.float32)
 
 
-def two_kinds(rng: np.random.Generator) -> Tally:
+def two_kinds(rng: np.random.Generator) -> PlacementCounts:
     """Twenty types: the even ones are found in the first of two containers nine times in ten, the odd ones seldom."""
     held, stood = np.zeros((20, 2, 3)), np.zeros((20, 2, 3))
     stood[:, 0, :2] = 100
     for item in range(20):
         first = rng.binomial(5, 0.9 if item % 2 == 0 else 0.1)
         held[item, 0, :2] = first, 5 - first
-    return Tally(
+    return PlacementCounts(
         rooms=("Kitchen",),
         containers=("Bed", "Sofa"),
         items=tuple(f"{k:02}" for k in range(20)),

@@ -76,5 +76,5 @@ def test_no_file_and_no_text_are_one_line(tmp_path: Path) -> None:
     with pytest.raises(FileMissing):
         read_prompt(tmp_path / "rooms.prompt")
     (tmp_path / "rooms.prompt").write_bytes(b"\xff\xfe")
-    with pytest.raises(MalformedFile, match="no UTF-8"):
+    with pytest.raises(MalformedFile, match="not UTF-8"):
         read_prompt(tmp_path / "rooms.prompt")

@@ -81,7 +81,7 @@ class Told:
     view: str
 
 
-def suffer(mishap: Mishap, log: Path) -> Told:
+def apply_fault(mishap: Mishap, log: Path) -> Told:
     """Record a mishap, and ask about its log."""
     home = load_site("paper_home")
     site, house = site_and_house(home, pick_configuration(home, "A"))
@@ -194,7 +194,7 @@ def main() -> int:
         folder.mkdir(exist_ok=True)
         print("| mishap | the run | doctor | replay | view |\n|---|---|---|---|---|")
         for name in given.mishaps:
-            told = suffer(MISHAPS[name], folder / f"{name}.mcap")
+            told = apply_fault(MISHAPS[name], folder / f"{name}.mcap")
             print(f"| {name} | {told.run} | {told.doctor} | {told.replay} | {told.view} |", flush=True)
     return 0
 

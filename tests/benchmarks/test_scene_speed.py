@@ -274,15 +274,15 @@ def test_the_log_of_an_hour_with_pictures_is_read_shown_and_scrubbed(hour: Path)
     strip(clock, ["drawn"], [run_colour(0)])
     plots(clock, ["drawn"], "Mug")
     scene = _show(clock, ["drawn"], 1800.0)[0]
-    senses = sensors_of(hour)
-    assert senses is not None
-    assert len(senses.pictures(scene.stamp_ns)) == 1
+    robot_sensors = sensors_of(hour)
+    assert robot_sensors is not None
+    assert len(robot_sensors.pictures(scene.stamp_ns)) == 1
     first_view_s = time.process_time() - began
 
     took: list[float] = []
     for reading in np.random.default_rng(2).uniform(0, HOUR_S, 60):
         began = time.process_time()
-        senses.pictures(timeline.stamp(float(reading)))
+        robot_sensors.pictures(timeline.stamp(float(reading)))
         took.append(time.process_time() - began)
     median_ms = 1e3 * float(np.median(took))
     size_mb = hour.stat().st_size / 1e6

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
 import http.client
 import logging
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Iterator
 from http import HTTPStatus
 from pathlib import Path
@@ -21,6 +23,7 @@ from websockets.datastructures import Headers
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
+from dashboards.resources import resource
 from dashboards.viser_app import guarded_server as guarded_module
 from dashboards.viser_app.access import (
     Access,
@@ -364,3 +367,15 @@ def test_servers_of_others_are_left_as_they_are() -> None:
     made = guarded_server(Access(host="127.0.0.1", token=TOKEN), port=0, label="x")
     made.stop()
     assert websockets_server.serve is before
+
+
+@pytest.mark.parametrize("encoding", ["gzip", "identity"])
+def test_our_script_runs_before_visers(dashboard: Dashboard, encoding: str) -> None:
+    for _ in range(2):  # the second time from memory
+        request = urllib.request.Request(dashboard.url, headers={"Accept-Encoding": encoding})
+        request.add_header("Cookie", f"lios-dashboard-{dashboard.server.get_port()}={dashboard.token}")
+        with urllib.request.urlopen(request, timeout=30) as answer:
+            body = answer.read()
+            assert int(answer.headers["Content-Length"]) == len(body)
+            page = (gzip.decompress(body) if answer.headers["Content-Encoding"] == "gzip" else body).decode()
+        assert page.index("<script") == page.index("<script>" + resource("viser_app/head.js"))

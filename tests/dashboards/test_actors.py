@@ -17,25 +17,27 @@ OURS, OTHER = timeline_of(toy_run()), timeline_of(other_run())
 
 
 class Stand:
-    """As much of a Viser scene as actors need; remembers its labels."""
+    """As much of a Viser scene as actors need; remembers its labels and its other objects."""
 
     def __init__(self) -> None:
         self.labels: list[Any] = []
+        self.nodes: dict[str, Any] = {}
 
-    def _node(self, *_: object, visible: bool = True, **__: object) -> Any:
-        return SimpleNamespace(visible=visible, remove=lambda: None)
+    def _node(self, name: str, *_: object, visible: bool = True, **__: object) -> Any:
+        self.nodes[name] = SimpleNamespace(visible=visible, remove=lambda: self.nodes.pop(name))
+        return self.nodes[name]
 
-    add_frame = add_mesh_simple = add_line_segments = _node
+    add_batched_meshes_simple = add_line_segments = _node
 
     def add_label(self, _name: str, text: str, **given: Any) -> Any:
-        self.labels.append(SimpleNamespace(text=text, visible=given["visible"]))
+        self.labels.append(SimpleNamespace(text=text, visible=given["visible"], remove=lambda: None))
         return self.labels[-1]
 
 
 def named(second: float, *, runs: int = 2, here: bool = True, numbered: tuple[tuple[float, float], ...] = ()) -> list:
     stand = Stand()
     actors = Actors(stand)  # type: ignore[arg-type]
-    actors.cast([(0, 0, 0), (9, 9, 9)][:runs], ["ours", "other"][:runs], [True, here][:runs])
+    actors.set_runs([(0, 0, 0), (9, 9, 9)][:runs], ["ours", "other"][:runs], [True, here][:runs])
     actors.show([scene_at(OURS, ns(second)), scene_at(OTHER, ns(second))][:runs], numbered)
     return [label.text for label in stand.labels if label.visible]
 
@@ -55,7 +57,7 @@ def test_ghosts_that_stand_together_share_a_tag() -> None:
     ghost = scene_at(OTHER, ns(8.0))
     stand = Stand()
     actors = Actors(stand)  # type: ignore[arg-type]
-    actors.cast([(0, 0, 0)] * 5, ["ours", "a", "b", "c", "d"], [True] * 5)
+    actors.set_runs([(0, 0, 0)] * 5, ["ours", "a", "b", "c", "d"], [True] * 5)
     actors.show([scene_at(OURS, ns(8.0)), ghost, ghost, ghost, ghost], ())
     assert [label.text for label in stand.labels if label.visible] == ["ours", "a, b, c ..."]
     actors.show([scene_at(OURS, ns(8.0)), ghost, scene_at(OURS, ns(8.0)), ghost, ghost], ())
@@ -77,3 +79,30 @@ def test_the_legend_tells_of_a_mark_that_a_ghost_left() -> None:
     assert isinstance(scene.unseen, np.ndarray)
     assert "◆" not in legend(scene)
     assert "◆" in legend(scene, ended=True)
+
+
+def test_however_many_ghosts_are_four_objects_in_their_colours() -> None:
+    ghost = scene_at(OTHER, ns(8.0))
+    stand = Stand()
+    actors = Actors(stand)  # type: ignore[arg-type]
+    for count in (2, 20):
+        actors.set_runs([(255, 0, 0), *[(0, 0, 255)] * (count - 1)], ["run"] * count, [True] * count)
+        assert len(stand.nodes) == 8
+    actors.show([scene_at(OURS, ns(8.0)), *[ghost] * 19], ())
+    bodies, trails = stand.nodes["/runs/ghosts/bodies"], stand.nodes["/runs/ghosts/trails"]
+    assert len(bodies.batched_positions) == 19
+    assert np.allclose(bodies.batched_positions[:, :2], (ghost.robot.x_m, ghost.robot.y_m))
+    assert bodies.batched_colors.tolist() == [[0, 0, 255]] * 19
+    assert trails.points.shape[1:] == (2, 3)
+    assert trails.colors.shape == (*trails.points.shape[:2], 3)
+    assert len(stand.nodes["/runs/focus/bodies"].batched_positions) == 1
+
+
+def test_a_run_of_another_place_is_not_drawn() -> None:
+    stand = Stand()
+    actors = Actors(stand)  # type: ignore[arg-type]
+    actors.set_runs([(0, 0, 0), (9, 9, 9)], ["ours", "other"], [True, False])
+    actors.show([scene_at(OURS, ns(8.0)), scene_at(OTHER, ns(8.0))], ())
+    assert not stand.nodes["/runs/ghosts/bodies"].visible
+    assert not stand.nodes["/runs/ghosts/trails"].visible
+    assert stand.nodes["/runs/focus/bodies"].visible

@@ -11,7 +11,7 @@ import pytest
 from sample_logs import record_run, toy_events, toy_info, toy_options, write_toy_log
 
 import replayers
-from dashboards.capsule.embedded import Embedded, NoNotebook
+from dashboards.capsule.embedded import EmbeddedPage, NoNotebook
 from replayers.runs.run import Run, read
 from workbench.errors import BadValue
 
@@ -26,7 +26,7 @@ def test_a_run_is_a_short_table(run: Run) -> None:
     for words in ("run.mcap", "model-lios", "find Mug and bring it to start", "done", "11.0"):
         assert words in shown
     assert len(shown) < 3000
-    assert "stops short" not in shown
+    assert "was cut off" not in shown
 
 
 def test_names_from_a_log_cannot_become_markup(tmp_path: Path) -> None:
@@ -36,7 +36,7 @@ def test_names_from_a_log_cannot_become_markup(tmp_path: Path) -> None:
     shown = read(log)._repr_html_()
     assert "<img" not in shown
     assert "<b>x" not in shown
-    assert "stops short of its end" in shown
+    assert "was cut off" in shown
 
 
 def test_replays_and_comparisons_are_tables(run: Run) -> None:
@@ -53,7 +53,7 @@ def test_replays_and_comparisons_are_tables(run: Run) -> None:
 
 
 def test_the_page_stands_in_a_frame_that_cannot_reach_the_notebook(run: Run) -> None:
-    frame = Embedded([run], height_px=300)._repr_html_()
+    frame = EmbeddedPage([run], height_px=300)._repr_html_()
     assert frame.startswith("<iframe srcdoc=")
     assert frame.count("<") == 2
     assert 'sandbox="allow-scripts allow-downloads"' in frame
@@ -62,7 +62,7 @@ def test_the_page_stands_in_a_frame_that_cannot_reach_the_notebook(run: Run) -> 
     assert page.lower().startswith("<!doctype html>")
     assert page.rstrip().endswith("</html>")
     with pytest.raises(BadValue, match="height_px"):
-        Embedded([run], height_px=10)
+        EmbeddedPage([run], height_px=10)
 
 
 def test_without_a_notebook_it_says_what_to_do(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -80,4 +80,4 @@ def test_in_a_notebook_it_is_displayed(run: Run, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: kernel))  # type: ignore[arg-type]
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=shown.append))  # type: ignore[arg-type]
     run.show(run, height_px=400)
-    assert isinstance(shown[0], Embedded)
+    assert isinstance(shown[0], EmbeddedPage)

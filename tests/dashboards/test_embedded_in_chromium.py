@@ -10,7 +10,7 @@ from chromium import chromium
 from playwright.sync_api import Browser
 from sample_logs import write_toy_log
 
-from dashboards.capsule.embedded import Embedded
+from dashboards.capsule.embedded import EmbeddedPage
 from replayers.runs.run import read
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow, pytest.mark.timeout(300)]
@@ -28,7 +28,7 @@ def test_it_draws_and_cannot_reach_the_page_around_it(browser: Browser, tmp_path
     page.set_default_timeout(90_000)
     said: list[str] = []
     page.on("pageerror", lambda error: said.append(str(error)))
-    page.set_content(f"<!doctype html><p>a notebook</p>{Embedded([run])._repr_html_()}")
+    page.set_content(f"<!doctype html><p>a notebook</p>{EmbeddedPage([run])._repr_html_()}")
     inside = page.frame_locator("iframe")
     inside.locator("canvas").first.wait_for()
     inside.get_by_text("find Mug and bring it to start").first.wait_for()

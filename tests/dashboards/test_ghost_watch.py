@@ -76,11 +76,11 @@ def test_the_panel_says_what_is_proven_and_what_is_not(log: Path) -> None:
 def test_a_log_that_is_awaited_is_no_run_until_it_is_there(log: Path, tmp_path: Path) -> None:
     library = Library([log])
     later = tmp_path / "later.mcap"
-    (index,) = library.await_logs([later])
-    assert library.awaits(index)
+    (index,) = library.expect_logs([later])
+    assert library.is_expected(index)
     assert [row.index for row in library.rows()] == [0]
     later.write_bytes(log.read_bytes())
-    assert not library.awaits(index)
+    assert not library.is_expected(index)
     assert [row.index for row in library.rows()] == [0, 1]
     assert library.timeline(index).run.path == later
 
@@ -93,7 +93,7 @@ def test_ghosts_come_into_the_library_with_their_bounds(log: Path) -> None:
         assert watch is not None
         library = watch.library
         end = time.monotonic() + 120
-        while not (library.ghosts is not None and library.ghosts.bounds and not library.awaits(watch.runs[0])):
+        while not (library.ghosts is not None and library.ghosts.bounds and not library.is_expected(watch.runs[0])):
             assert time.monotonic() < end, "no ghost came"
             time.sleep(0.05)
         assert library.timeline(watch.runs[0]).run.info.strategy == "pes-greedy"

@@ -155,7 +155,7 @@ def test_comparison_warns_of_other_places_and_tasks() -> None:
 
 def test_a_cut_off_log_says_so() -> None:
     words = _Elements(title(EMPTY)).text
-    assert "stops short" in words
+    assert "was cut off" in words
     assert "no decisions" in words
     assert "no beliefs" in words
 

@@ -19,7 +19,7 @@ from dashboards.resources import resource
 from dashboards.viser_app.serving import open_dashboard
 
 LOGS = [Path(__file__).resolve().parents[2] / "logs" / f"find-{name}.mcap" for name in ("lios", "greedy")]
-ENOUGH = 4.5
+MIN_CONTRAST = 4.5
 """The least contrast of text, WCAG 2.1, 1.4.3."""
 TEXTS = ("ink", "soft", "muted", "link")
 SURFACES = ("page", "raised", "chosen", "warned")
@@ -73,7 +73,7 @@ def test_contrast_by_hand() -> None:
 def test_text_can_be_read_on_every_surface(mode: str) -> None:
     tokens = _tokens(mode)
     pairs = [(text, surface) for text in TEXTS for surface in SURFACES] + [("wrong-ink", "wrong")]
-    weak = {pair: c for pair in pairs if (c := _contrast(tokens[pair[0]], tokens[pair[1]])) < ENOUGH}
+    weak = {pair: c for pair in pairs if (c := _contrast(tokens[pair[0]], tokens[pair[1]])) < MIN_CONTRAST}
     assert weak == {}
 
 

@@ -15,7 +15,7 @@ from PIL import Image
 from toy import BED
 from toy_run import action, named_run, ns, other_run, toy_run
 
-from dashboards.capsule.run_data import Texts, run_data
+from dashboards.capsule.run_data import TextTable, run_data
 from dashboards.figures.cost_over_time import draw_cost_over_time
 from dashboards.figures.files import MAPS, _belief_maps, write_figures
 from dashboards.figures.floor_plan import draw_floor_plan
@@ -222,7 +222,7 @@ def test_the_legend_tells_of_a_replays_end_before_it_comes() -> None:
     ended = timeline_of(replace(OURS.run, outcome=msgspec.structs.replace(OURS.run.outcome, unseen=BED)))
     assert ended.ends_unseen
     assert not OURS.ends_unseen
-    made = run_data(ended, "lios", run_colour(0), texts := Texts(), signs=run_signs([ended]))
+    made = run_data(ended, "lios", run_colour(0), texts := TextTable(), signs=run_signs([ended]))
     legends = {texts.all[look[4]] for frame in made["frames"] for look in frame["looks"][:1]}
     assert len(legends) == 1
     assert "◆" in legends.pop()

@@ -101,7 +101,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def senses(log: Path) -> RobotSensors:
+def robot_sensors(log: Path) -> RobotSensors:
     found = sensors_of(log)
     assert found is not None
     return found
@@ -132,16 +132,16 @@ def test_frames_are_chained_to_the_map(log: Path) -> None:
     assert frames_of(log).on_map("somewhere else", 2 * SECOND) is None
 
 
-def test_the_site_grows_with_time_and_keeps_each_place_once(senses: RobotSensors) -> None:
-    assert len(senses.site(9 * SECOND)) == 0, "not gathered yet"
-    senses.gather_site()
-    assert senses.site(0).tolist() == pytest.approx(np.array([[10, 2, 0.5]]))
-    assert [len(senses.site(s * SECOND)) for s in (-1, 0, 1, 2, 3, 9)] == [0, 1, 2, 3, 4, 4]
+def test_the_site_grows_with_time_and_keeps_each_place_once(robot_sensors: RobotSensors) -> None:
+    assert len(robot_sensors.site(9 * SECOND)) == 0, "not gathered yet"
+    robot_sensors.gather_site()
+    assert robot_sensors.site(0).tolist() == pytest.approx(np.array([[10, 2, 0.5]]))
+    assert [len(robot_sensors.site(s * SECOND)) for s in (-1, 0, 1, 2, 3, 9)] == [0, 1, 2, 3, 4, 4]
 
 
-def test_pictures_are_the_newest_at_a_moment_with_lens_and_place(senses: RobotSensors) -> None:
-    assert senses.pictures(-1) == ()
-    (first,), (third,) = senses.pictures(0), senses.pictures(2 * SECOND + 5)
+def test_pictures_are_the_newest_at_a_moment_with_lens_and_place(robot_sensors: RobotSensors) -> None:
+    assert robot_sensors.pictures(-1) == ()
+    (first,), (third,) = robot_sensors.pictures(0), robot_sensors.pictures(2 * SECOND + 5)
     assert (first.stamp_ns, third.stamp_ns) == (0, 2 * SECOND)
     assert third.data == jpeg(120)
     assert third.aspect == pytest.approx(64 / 48)
@@ -164,21 +164,21 @@ def test_a_grey_picture_of_16_bits_is_not_cut_off_at_255() -> None:
     assert shown[0].tolist() == [[0] * 3, [1] * 3, [128] * 3, [255] * 3]
 
 
-def test_the_panel_shows_pictures_and_their_age(senses: RobotSensors) -> None:
-    made = cameras(senses.pictures(60 * SECOND), 60 * SECOND)
+def test_the_panel_shows_pictures_and_their_age(robot_sensors: RobotSensors) -> None:
+    made = cameras(robot_sensors.pictures(60 * SECOND), 60 * SECOND)
     assert "data:image/jpeg;base64," in made
     assert "57 s old" in made
     assert "No picture yet" in cameras((), 0)
 
 
-def test_blocked_and_near_cells_lie_where_the_grid_says(senses: RobotSensors) -> None:
-    cells = senses.grid(2 * SECOND)
+def test_blocked_and_near_cells_lie_where_the_grid_says(robot_sensors: RobotSensors) -> None:
+    cells = robot_sensors.grid(2 * SECOND)
     assert cells is not None
     assert cells.blocked.tolist() == [True, False], "the far cell is free and not drawn"
     assert cells.vertices[:4, :2] == pytest.approx(np.array([[10, 0], [10, 0.5], [9.5, 0.5], [9.5, 0]]))
     assert cells.faces_of(cells.blocked).tolist() == [[0, 1, 2], [0, 2, 3]]
-    assert senses.grid(0) is None, "there was none yet"
-    assert senses.grid(60 * SECOND) is None, "the robot has walked on"
+    assert robot_sensors.grid(0) is None, "there was none yet"
+    assert robot_sensors.grid(60 * SECOND) is None, "the robot has walked on"
 
 
 @pytest.mark.parametrize("lie", ["stride", "offset", "type", "bytes", "frame", "rotation"])
@@ -229,17 +229,17 @@ def test_not_a_number_is_not_drawn(log: Path) -> None:
 
 
 def test_the_sample_log_of_a_spot_has_pictures_where_its_camera_stood() -> None:
-    senses = sensors_of(SPOT)
-    assert senses is not None
-    assert senses.cameras == ("/camera/frontleft_fisheye",)
-    assert senses.has_grids
+    robot_sensors = sensors_of(SPOT)
+    assert robot_sensors is not None
+    assert robot_sensors.cameras == ("/camera/frontleft_fisheye",)
+    assert robot_sensors.has_grids
     tracks = sensor_tracks(SPOT)
     at = int(tracks.tracks["/camera/frontleft_fisheye"].stamps_ns[2])
-    (picture,) = senses.pictures(at)
+    (picture,) = robot_sensors.pictures(at)
     assert picture.on_map is not None, "told by the robot's own frames"
     assert mime_of(picture.data) == "image/jpeg"
     grids = tracks.tracks["/robot/local_grid"].stamps_ns
-    assert senses.grid(int(grids[0])) is not None
+    assert robot_sensors.grid(int(grids[0])) is not None
 
 
 def test_a_simulated_run_has_no_sensors() -> None:
@@ -346,9 +346,9 @@ def test_a_growing_log_is_not_searched_for_sensors_at_every_look(log: Path, monk
     now = [100.0]
     monkeypatch.setattr("dashboards.library.library.time.monotonic", lambda: now[0])
     library = Library([SPOT])
-    first = library.senses(0)
+    first = library.robot_sensors(0)
     library.reread(0)
-    assert library.senses(0) is first
+    assert library.robot_sensors(0) is first
     now[0] += 3.0
     library.reread(0)
-    assert library.senses(0) is not first
+    assert library.robot_sensors(0) is not first

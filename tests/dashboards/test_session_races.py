@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import gc
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -213,9 +214,33 @@ def test_a_camera_that_moves_while_the_view_settles_settles_anew(monkeypatch: py
 
     def settle(of: Session) -> None:
         settled.append(len(settled))
-        of.stop() if len(settled) == 2 else of.stir()
+        of.stop() if len(settled) == 2 else of.mark_unsettled()
 
     made.settlers.append(settle)
     made._thread.start()
     made._thread.join(timeout=60)
     assert settled == [0, 1]
+
+
+def test_a_moment_is_one_message() -> None:
+    """Whatever changes with it: the browser then draws once, and its panels and its house show the same moment."""
+    made, sent = session(at=5.0), []
+
+    @contextmanager
+    def atomic() -> Iterator[None]:
+        sent.append("begin")
+        yield
+        sent.append("end")
+
+    made.client.atomic, made.client.flush = atomic, lambda: sent.append("flush")  # type: ignore[method-assign]
+    made.stage = SimpleNamespace(  # type: ignore[assignment]
+        show_walls=lambda _: None,
+        show_occupancy=lambda _: None,
+        show=lambda *_, **__: sent.append("house"),
+        show_items=lambda _: sent.append("items"),
+    )
+    made.sensors = SimpleNamespace(show=lambda *_, **__: None)  # type: ignore[assignment]
+    made._open = lambda _: None  # type: ignore[method-assign]
+    made.watchers.append(lambda *_: sent.append("panels"))
+    made._show()
+    assert sent == ["begin", "house", "items", "panels", "end", "flush"]

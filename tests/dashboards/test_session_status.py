@@ -84,10 +84,10 @@ def test_the_newest_state_at_a_moment_is_read_from_the_log(tmp_path: Path) -> No
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(path.read_bytes()[:-150])
     for log in (path, cut):
-        senses = sensors_of(log)
-        assert senses is not None
-        assert senses.has_status
-        assert senses.status(0) is None
-        doing = [status.doing for s in (1, 2.9) if (status := senses.status(round(s * NANO))) is not None]
+        robot_sensors = sensors_of(log)
+        assert robot_sensors is not None
+        assert robot_sensors.has_status
+        assert robot_sensors.status(0) is None
+        doing = [status.doing for s in (1, 2.9) if (status := robot_sensors.status(round(s * NANO))) is not None]
         assert doing == ["step 1", "step 2"]
-        assert senses.status(3 * NANO) is None
+        assert robot_sensors.status(3 * NANO) is None

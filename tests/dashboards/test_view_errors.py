@@ -55,7 +55,7 @@ def test_a_moment_that_cannot_be_drawn_is_told_and_the_next_is_shown(
             raise KeyError("a container\nthat is not there")
 
     monkeypatch.setattr(made, "_show", show)
-    made.troubled.append(told.append)
+    made.error_listeners.append(told.append)
     with caplog.at_level(logging.ERROR, logger="lios.dashboard"):
         made._thread.start()
         _until(lambda: bool(told))
@@ -92,7 +92,7 @@ def test_a_settler_or_a_teller_that_fails_ends_nothing(monkeypatch: pytest.Monke
         raise RuntimeError("no")
 
     made.settlers.append(fail)
-    made.troubled.append(fail)
+    made.error_listeners.append(fail)
     made._thread.start()
     assert failed.wait(60), "it settles"
     made.change(at=1.0)
@@ -103,7 +103,7 @@ def test_a_settler_or_a_teller_that_fails_ends_nothing(monkeypatch: pytest.Monke
 def test_a_panel_that_cannot_be_drawn_says_so_and_the_next_one_is_drawn() -> None:
     controls = object.__new__(Controls)
     sent: dict[str, str] = {}
-    controls._session = SimpleNamespace(trouble=ViewErrors("1"))  # type: ignore[assignment]
+    controls._session = SimpleNamespace(view_errors=ViewErrors("1"))  # type: ignore[assignment]
     controls._set = sent.__setitem__  # type: ignore[method-assign]
     controls._draw("plan", lambda: 1 / 0)  # type: ignore[arg-type, return-value]
     controls._draw("cursor", lambda: "here")

@@ -103,5 +103,5 @@ def test_runs_of_two_houses_say_that_only_one_is_drawn(browser: Browser, tmp_pat
     record_run(other, toy_events(), **{**toy_options(), "place": moved})  # type: ignore[arg-type]
     shown = _shown(browser, [write_toy_log(tmp_path / "run.mcap"), other], "tab=Compare")
     page = shown[0]
-    expect(page.get_by_text("These runs are of different places")).to_be_visible()
+    expect(page.get_by_text("These runs are in different places")).to_be_visible()
     _ended(*shown)

@@ -57,3 +57,10 @@ def test_every_page_of_docs_is_in_the_navigation() -> None:
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2]
     pages = [str(p.relative_to(ROOT / "docs")) for p in sorted((ROOT / "docs").rglob("*.md"))]
     assert [page for page in (*pages, *GENERATED) if page not in nav] == []
+
+
+def test_every_finding_has_one_row_in_the_tables_and_every_row_its_script() -> None:
+    rows = re.findall(
+        r"^\| `(findings/\S+\.sh)` \|", (ROOT / "docs" / "findings.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert sorted(rows) == sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "findings").glob("*.sh"))

@@ -50,7 +50,7 @@ def test_the_command_lists_the_cells_that_are_meant(capsys: pytest.CaptureFixtur
         ("deliver-2", "oracle", 2),
     ]
     assert run([*words, "-k", "nobody"]) == 2
-    assert "at least one cell" in capsys.readouterr().err
+    assert "an expression that selects a cell" in capsys.readouterr().err
 
 
 def test_only_the_cells_that_are_meant_are_run(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,8 +13,8 @@ from workbench.errors import BadValue, InputError
 from workbench.evaluation import cluster
 from workbench.evaluation.cluster import (
     FolderNotShared,
-    NotInstalledThere,
-    OtherVersion,
+    WorkerImportFailed,
+    WorkerVersionDiffers,
     in_order_on_cluster,
     on_cluster,
     run_in_order,
@@ -72,14 +72,14 @@ def test_a_worker_without_the_folder_says_so(tmp_path: Path) -> None:
 def test_errors_of_the_work_arrive_as_they_are() -> None:
     with pytest.raises(BadValue, match="the number"):
         list(on_cluster(refused, [1], scheduler="local", workers=1))
-    with pytest.raises(NotInstalledThere, match="Install lios-workbench"):
+    with pytest.raises(WorkerImportFailed, match="Install lios-workbench"):
         list(on_cluster(without_a_package, [1], scheduler="local", workers=1))
 
 
 @pytest.mark.slow
 def test_a_worker_of_another_version_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "__version__", "99.0")
-    with pytest.raises(OtherVersion, match=r"this machine 99\.0"):
+    with pytest.raises(WorkerVersionDiffers, match=r"this machine 99\.0"):
         list(on_cluster(negated, [1], scheduler="local", workers=1))
 
 
@@ -96,7 +96,7 @@ def test_a_word_while_no_worker_is_there(monkeypatch: pytest.MonkeyPatch) -> Non
         end = time.monotonic() + 60
         while len(said) < 2 and time.monotonic() < end:
             time.sleep(0.01)
-    assert said == ["No worker is at tcp://here: waiting for one.", "There are workers again."]
+    assert said == ["No worker is at tcp://here: waiting for one.", "Workers are available again."]
 
 
 def test_units_are_taken_as_they_are_needed() -> None:

@@ -75,8 +75,8 @@ def test_houses_learnt_from_only_are_in_every_training(
         (["--folds", "2", "-e", "mine.safetensors"], "estimator to train"),
         (["--folds", "2", "--figures", "out"], "without --folds"),
         (["--folds", "2", "--also", "no.jsonl"], "no such file"),
-        (["--also", "no.jsonl"], "given with --folds"),
-        (["--folds", "2", "--also", str(shipped_houses())], "without houses that are judged"),
+        (["--also", "no.jsonl"], "used with --folds"),
+        (["--folds", "2", "--also", str(shipped_houses())], "disjoint from the evaluated houses"),
     ],
 )
 def test_bad_usage_is_one_line(arguments: list[str], said: str, capfd: pytest.CaptureFixture[str]) -> None:

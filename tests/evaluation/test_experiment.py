@@ -215,11 +215,11 @@ def test_no_two_trials_share_a_log(tmp_path: Path) -> None:
 
 def test_a_log_stands_where_its_row_says(tmp_path: Path) -> None:
     """A plug-in calls itself one thing and is asked for by another name."""
-    from recorders.task_trials import RecordTo, log_path
+    from recorders.task_trials import TrialRecorder, log_path
 
     named = f"{__name__}:Raises"
     asked = request(strategies=(named,), trials=1)
-    unit = remaining_units(asked, plan_trials(asked).keys, [], RecordTo(folder=tmp_path))[0]
+    unit = remaining_units(asked, plan_trials(asked).keys, [], TrialRecorder(folder=tmp_path))[0]
     (row,) = run_unit(unit)
     assert log_path(tmp_path, row.scenario, row.trial, row.strategy).exists()
 

@@ -10,7 +10,7 @@ import msgspec
 import pytest
 from toy import toy_house, toy_travel
 
-from recorders.task_trials import RecordTo
+from recorders.task_trials import TrialRecorder
 from replayers.batch.verify import verify
 from replayers.runs.run import read
 from workbench.beliefs.estimators import estimator
@@ -20,7 +20,7 @@ from workbench.evaluation.search.experiment import Experiment, policies_named, r
 from workbench.evaluation.search.missed_looks import MissedLooks, search_with_misses
 from workbench.evaluation.search.strategies import strategy_of
 from workbench.evaluation.tasks.experiment import TaskRequest
-from workbench.evaluation.tasks.store import OtherEvaluation, TrialStore
+from workbench.evaluation.tasks.store import DifferentEvaluation, TrialStore
 from workbench.evaluation.tasks.trials import trial_keys
 from workbench.evaluation.tasks.workers import Unit, run_unit
 from workbench.execution.events import ContainerObserved
@@ -135,12 +135,12 @@ def test_tasks_with_misses_draw_them_alike_and_are_recorded(tmp_path: Path) -> N
         key=key,
         strategies=(("conditioned-lios", "counts"), ("robust-lios", "counts"), ("oracle", "counts")),
         miss_rate=0.5,
-        tap=RecordTo(folder=tmp_path),
+        tap=TrialRecorder(folder=tmp_path),
     )
     rows = run_unit(unit)
     assert all(row.success for row in rows)
     for row in rows:
-        run = read(RecordTo(folder=tmp_path).log_of(row))
+        run = read(TrialRecorder(folder=tmp_path).log_of(row))
         looks = [o.look for o in run.observations if not o.known_at_start]
         assert all(look is None for look in looks) == (row.strategy == "oracle")
         assert row.strategy == "oracle" or verify(run).same
@@ -150,5 +150,5 @@ def test_tasks_with_misses_draw_them_alike_and_are_recorded(tmp_path: Path) -> N
     )  # fmt: skip
     with TrialStore(tmp_path / "out", settings_) as store:
         store.add(rows[:1])
-    with pytest.raises(OtherEvaluation, match="miss_rate"):
+    with pytest.raises(DifferentEvaluation, match="miss_rate"):
         TrialStore(tmp_path / "out", msgspec.structs.replace(settings_, miss_rate=0.1))

@@ -13,7 +13,7 @@ from workbench.beliefs.estimators import estimator
 from workbench.cli import run as lios
 from workbench.errors import BadValue
 from workbench.evaluation.search.seen_in_passing import search_with_sight
-from workbench.evaluation.search.sight_curve import SightSearches, radii_named, seeing_searches, sight_rows
+from workbench.evaluation.search.sight_curve import SightSearches, radii_named, searches_with_sight, sight_rows
 from workbench.evaluation.search.strategies import strategy_of
 from workbench.evaluation.search.trials import Beliefs, queries, search_trial
 from workbench.execution.loop import outcome_of
@@ -73,7 +73,7 @@ def test_a_radius_that_reaches_nothing_costs_what_no_sight_costs() -> None:
 
 def test_rows_are_paired_and_their_intervals_hold_the_shares() -> None:
     settings = SightSearches(policies=("greedy",), radii_m=(0.01, 2.5), estimator="counts")
-    results = list(seeing_searches([toy_house()], settings))
+    results = list(searches_with_sight([toy_house()], settings))
     rows = sight_rows([cost for result in results for cost in result.costs], seed=0)
     blind, seeing = rows
     assert (blind["sees_m"], seeing["sees_m"]) == (0.01, 2.5)

@@ -9,7 +9,7 @@ import pytest
 
 from workbench.errors import BadValue
 from workbench.evaluation.statistics import (
-    FEW,
+    MAX_WIDENED_CLUSTERS,
     ends_in_words,
     intervals_in_words,
     mean_with_interval,
@@ -120,10 +120,12 @@ def test_few_clusters_have_at_least_students_interval() -> None:
 
 def test_many_clusters_are_not_widened() -> None:
     """The percentile interval of drawn means, by hand from the same draws."""
-    values = np.arange(float(FEW + 1))
+    values = np.arange(float(MAX_WIDENED_CLUSTERS + 1))
     chosen = rng().integers(len(values), size=(500, len(values)))
     by_hand = np.quantile(values[chosen].mean(axis=1), [0.025, 0.975])
-    assert mean_with_interval(values, range(FEW + 1), rng=rng(), draws=500).interval == pytest.approx(tuple(by_hand))
+    assert mean_with_interval(
+        values, range(MAX_WIDENED_CLUSTERS + 1), rng=rng(), draws=500
+    ).interval == pytest.approx(tuple(by_hand))
 
 
 def test_the_same_seed_gives_the_same_interval() -> None:

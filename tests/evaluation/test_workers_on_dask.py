@@ -65,5 +65,5 @@ def test_a_lost_cluster_is_one_line(cluster: Cluster) -> None:
         for _ in run_units(units, workers=2, scheduler=address):
             scheduler.send_signal(signal.SIGKILL)
 
-    with pytest.raises(ClusterLost, match="give the same command again"):
+    with pytest.raises(ClusterLost, match="run the same command again"):
         run_on()

@@ -91,7 +91,7 @@ def test_an_engine_without_costs_is_refused_with_the_reason(make: object, monkey
     external.engines_here.cache_clear()
     try:
         assert callable(make)
-        with pytest.raises(EngineRefused, match=r"does not plan with action costs.*up-fast-downward") as refused:
+        with pytest.raises(EngineRefused, match=r"ignores action costs.*up-fast-downward") as refused:
             make("up-pyperplan", origin=NameOrigin.USER)
     finally:
         external.engines_here.cache_clear()

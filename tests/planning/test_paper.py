@@ -172,7 +172,7 @@ def _bomb(kind: str) -> str:
         ("goal:\n  all: [{deliver: Mug, to: start}]\n  to: start", r"x\.yaml:3:3: 'to' says nothing beside all"),
         ("goal: {hold: Bread, to: start, with: [toasted]}", r"x\.yaml:1:32: 'with' says nothing beside hold"),
         ("add: [{item: Mug, in: []}]\ngoal: {hold: Mug, to: start}", r"x\.yaml:1:23: in has no container types"),
-        ("failure_cost: [1]\ngoal: {hold: Mug, to: start}", r"x\.yaml:1:15: failure_cost is no number"),
+        ("failure_cost: [1]\ngoal: {hold: Mug, to: start}", r"x\.yaml:1:15: failure_cost is not a number"),
         ('title: "a\\n\\e[31mb"\ngoal: {hold: Mug, to: start}', r"x\.yaml:1:8: .* cannot be printed on one line"),
         ('goal: {hold: "Mug\\0", to: start}', r"x\.yaml:1:14: 'Mug.x00' cannot be printed"),
         ("goal: {deliver: Toaster, to: start, with: [tosted]}", r"x\.yaml:1:44: nothing makes a toaster tosted"),

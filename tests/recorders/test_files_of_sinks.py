@@ -235,7 +235,7 @@ def test_a_full_disk_stops_the_recording_and_not_the_robot(tmp_path: Path):
     assert len(sink.written) == 3
     assert len(told) == 1
     assert "no space left" in told[0]
-    assert isinstance(background.trouble, DiskFull)
+    assert isinstance(background.stop_reason, DiskFull)
 
 
 def test_everything_is_synced_at_least_every_second(tmp_path: Path):

@@ -10,7 +10,14 @@ from pathlib import Path
 import pytest
 from toy import toy_house
 
-from recorders.simulated_run import NotOneTask, TaskRequest, item_type_in, record_trial, trial_events, trial_for
+from recorders.simulated_run import (
+    NotExactlyOneTask,
+    TaskRequest,
+    item_type_in,
+    record_trial,
+    trial_events,
+    trial_for,
+)
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
 from workbench import cli
@@ -96,9 +103,9 @@ def test_item_types_are_found_as_people_write_them(name: str) -> None:
 
 
 def test_a_wish_is_one_wish() -> None:
-    with pytest.raises(NotOneTask, match="no task"):
+    with pytest.raises(NotExactlyOneTask, match="no task"):
         TaskRequest()
-    with pytest.raises(NotOneTask, match="more than one"):
+    with pytest.raises(NotExactlyOneTask, match="more than one"):
         TaskRequest(find="mug", scenario="coffee")
 
 

@@ -45,7 +45,7 @@ def lios(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tm
 
 @pytest.mark.parametrize(
     ("kind", "words"),
-    [("Raises", "it raised RuntimeError: no idea"), ("NaN", "no probability"), ("Turned", "it must be of shape")],
+    [("Raises", "it raised RuntimeError: no idea"), ("NaN", "not a probability"), ("Turned", "it must be of shape")],
 )
 def test_an_estimator_that_breaks_is_one_line(kind: str, words: str, lios: Lios, tmp_path: Path) -> None:
     code, _, err = lios(

@@ -9,7 +9,7 @@ import pytest
 
 from workbench.errors import FileMissing
 from workbench.remote.errors import NotAnAddress
-from workbench.remote.path import RemotePath, is_address, path_of
+from workbench.remote.path import RemotePath, path_of
 
 fsspec = pytest.importorskip("fsspec")
 
@@ -30,7 +30,7 @@ def test_address_is_kept_as_it_is_written(text: str) -> None:
 
 def test_other_texts_are_paths_of_this_machine() -> None:
     for text in ("run.mcap", "/a//b", "houses:9", "s3:/bucket/x", "C:/x"):
-        assert not is_address(text)
+        assert not isinstance(path_of(text), RemotePath)
         assert path_of(text) == Path(text)
     assert path_of("file:///a/b%20c.mcap") == Path("/a/b c.mcap")
 

@@ -83,7 +83,7 @@ def test_a_copy_for_others_has_no_face_and_nothing_unsearched(
     write_log(log)
     assert run(["log", "filter", str(log), "-o", str(copy), "--blur-faces"]) == 0
     said = capsys.readouterr().err
-    assert "4 pictures searched, 3 faces found and blurred; screens are not looked for" in said
+    assert "4 pictures searched, 3 faces found and blurred; screens are not searched for" in said
     assert "/ros/picture: 1 left out" in said
     assert "/camera/hall: 1 left out" in said
     assert "visit.jpg: 1 left out" in said

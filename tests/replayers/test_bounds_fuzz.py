@@ -153,7 +153,7 @@ def climb_both_ways(facts: LogFacts, name: str, bounds: Bounds, rng: np.random.G
     if facts.truth is not None:
         starts.append(facts.truth)
     relevant = strategy(name, origin=NameOrigin.USER).relevant_types(facts.task)
-    for leaf in (bounds.cheapest, bounds.dearest):
+    for leaf in (bounds.cheapest, bounds.most_expensive):
         claimed = leaf and world_around(facts, {f.container: f.answer for f in leaf.filled})
         if leaf is None or claimed is None:
             continue

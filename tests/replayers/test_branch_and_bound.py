@@ -203,7 +203,7 @@ def test_the_cheapest_and_the_dearest_world_are_told_again_with_the_cost_of_the_
 ) -> None:
     tree = tree_of(toy_evidence(tmp_path, TASKS[title]), strategy("opt-greedy"))
     bounds = bounds_of(tree, budget=PLENTY)
-    for leaf, cost in ((bounds.cheapest, bounds.lower), (bounds.dearest, bounds.upper)):
+    for leaf, cost in ((bounds.cheapest, bounds.lower), (bounds.most_expensive, bounds.upper)):
         assert leaf is not None
         ended = outcome_of(list(tree.events(leaf)))
         assert ended.cost == pytest.approx(leaf.cost)

@@ -1,4 +1,4 @@
-"""Climbs to the cheapest and the dearest run over the log of a breakfast, of which few worlds can be followed."""
+"""Climbs to the cheapest and the most expensive run over a breakfast log, most of whose worlds are not followed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_ends_that_a_climb_finds_are_further_out_and_cost_what_it_says() -> None
     assert long.least_found <= short.least_found
     assert long.largest_found > short.largest_found + 1
     facts = read_facts(LOG)
-    for leaf, cost in ((long.cheapest, long.least_found), (long.dearest, long.largest_found)):
+    for leaf, cost in ((long.cheapest, long.least_found), (long.most_expensive, long.largest_found)):
         assert leaf is not None
         world = world_around(facts, {f.container: f.answer for f in leaf.filled})
         assert world is not None

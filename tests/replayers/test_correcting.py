@@ -102,7 +102,7 @@ def test_a_run_that_saw_in_passing_still_replays_as_it_was(tmp_path: Path) -> No
         ("@desk", "ITEM@CONTAINER"),
         ("mug@attic", "no container 'attic'"),
         (f"spaceship@{TABLE}", "no item type 'spaceship'"),
-        (f"mug@{FRIDGE}", "was given at the start"),
+        (f"mug@{FRIDGE}", "were known at the start"),
         (f"mug@{DESK}", "nobody looked into it"),
     ],
 )

@@ -13,9 +13,11 @@ from toy_logs import acted, seen, toy_run
 
 from recorders.spot.run.site_tasks import session_task
 from replayers.counterfactual.evidence import NoTaskAttempted, evidence_of
-from replayers.counterfactual.evidence_rules import contents_at_start
-from replayers.runs.run import read
-from workbench.log_schema.events import BeliefUpdate, Stamp
+from replayers.counterfactual.evidence_rules import contents_at_start, picked_without_look
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
+from replayers.runs.run import Run, read
+from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation, Stamp
+from workbench.planning.strategies import strategy
 from workbench.worlds.house import ContainerId
 
 PLACES = (FRIDGE, COUNTER, TABLE, BED, DESK)
@@ -131,3 +133,70 @@ def test_a_log_that_is_cut_off_says_so_and_gives_what_it_holds(tmp_path: Path, e
     assert not evidence.complete
     assert any("cut off" in note for note in evidence.notes)
     assert FRIDGE in evidence.contents
+
+
+def _picked(target: str, item: str, s: int) -> ActionFinished:
+    return msgspec.structs.replace(acted("pick", target, item, s=s), item_types=(item.partition("|")[0],))
+
+
+@pytest.mark.parametrize(
+    ("looks", "actions", "stood"),
+    [
+        ([], [_picked(COUNTER, "Mug|1", 3)], {COUNTER: ["Mug|1"]}),
+        ([seen(COUNTER, "Pan|1", s=9)], [_picked(COUNTER, "Mug|1", 3)], {COUNTER: ["Mug|1"]}),
+        ([seen(COUNTER, "Mug|1", s=1)], [_picked(COUNTER, "Mug|1", 3)], {}),
+        ([seen(BED, "Mug|1", s=1)], [_picked(COUNTER, "Mug|1", 3)], {}),
+        ([], [acted("place", COUNTER, "Mug|1", s=2), _picked(COUNTER, "Mug|1", 3)], {}),
+        ([], [_picked("Start", "Mug|1", 3)], {}),
+    ],
+    ids=["no look", "look after", "look before", "seen elsewhere", "put there by the robot", "no container"],
+)
+def test_what_was_picked_up_where_no_look_counts_stood_there_unless_it_was_moved(
+    looks: list[Observation], actions: list[ActionFinished], stood: dict[str, list[str]]
+) -> None:
+    found = picked_without_look(looks, actions, PLACES)
+    assert {container: [item.id for item in items] for container, items in found.items()} == stood
+
+
+def _without_look(run: Run, container: str) -> Run:
+    """The run as an import whose look into a container was inconclusive: no search, no observation."""
+    assert run.outcome is not None
+    kept = [a for a in run.actions if not (a.action == "search" and a.target == container)]
+    return replace(
+        run,
+        info=msgspec.structs.replace(run.info, source="import"),
+        actions=tuple(msgspec.structs.replace(a, index=i + 1) for i, a in enumerate(kept)),
+        observations=tuple(o for o in run.observations if o.container != container),
+        outcome=msgspec.structs.replace(run.outcome, searches=run.outcome.searches - 1),
+    )
+
+
+def test_a_pick_where_no_look_counts_leaves_the_rest_of_the_container_open() -> None:
+    """It is no gap in the log, every world has the item there, and the bounds hold those of the log with the look."""
+    run = read(Path(__file__).parents[2] / "logs" / "deliver-3.mcap")
+    whole = evidence_of(run)
+    for container, item in (("TVStand|2|2", "Suitcase|2|24"), ("Toilet|6|0", "Lighter|6|7")):
+        torn = _without_look(run, container)
+        evidence = evidence_of(torn)
+        assert evidence.gaps.lost == ()
+        assert {c: [i.id for i in items] for c, items in evidence.partly.items()} == {container: [item]}
+        assert set(evidence.open) == {*whole.open, container}
+        assert item.partition("|")[0] in evidence.seen_types()
+        assert any(item in note and container in note for note in evidence.notes)
+        prepared = prepare_log(torn, ReplaySettings(worlds=20))
+        true = prepare_log(run, ReplaySettings(worlds=20))
+        for name in ("opt-greedy", "pes-lios"):
+            loose, tight = (replay_strategy(one, strategy(name)).bounds for one in (prepared, true))
+            assert loose is not None
+            assert tight is not None
+            assert loose.lower <= tight.least_found
+            assert tight.largest_found <= loose.upper
+
+
+def test_a_pick_without_a_look_of_a_simulated_run_is_a_gap() -> None:
+    run = read(Path(__file__).parents[2] / "logs" / "deliver-3.mcap")
+    torn = _without_look(run, "TVStand|2|2")
+    torn = replace(torn, info=run.info)
+    evidence = evidence_of(torn)
+    assert "TVStand|2|2" in evidence.gaps.not_looked
+    assert evidence.partly == {}

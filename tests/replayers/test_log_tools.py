@@ -176,7 +176,7 @@ def test_only_files_can_be_logs_and_no_log_is_merged_with_itself(
 ):
     os.mkfifo(tmp_path / "fifo.mcap")
     assert _lios("info", tmp_path / "fifo.mcap") == 2
-    assert "no regular file" in capsys.readouterr().err
+    assert "not a regular file" in capsys.readouterr().err
     (tmp_path / "link.mcap").symlink_to(log)
     assert _lios("log", "merge", log, tmp_path / "link.mcap", "-o", tmp_path / "m.mcap") == 2
     assert "given once" in capsys.readouterr().err

@@ -29,7 +29,7 @@ def test_pairs_are_those_of_scipy(worth: Floats) -> None:
 
 
 def test_pairs_by_hand() -> None:
-    """Row 0 leaves the dearest column to row 1, to which it is worth more: 4 + 9."""
+    """Row 0 leaves the most expensive column to row 1, to which it is worth more: 4 + 9."""
     rows, columns = max_assignment(np.array([[5.0, 4.0, 0.0], [9.0, 1.0, 1.0]]))
     assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == [(0, 1), (1, 0)]
 

@@ -11,7 +11,7 @@ from sample_logs import write_toy_log
 from recorders.mcap_io.writer import McapWriter
 from replayers.mcap_io.reader import messages
 from replayers.mcap_io.scan import Damage
-from replayers.serving.played_logs import NoIndex, PlayedLogs, Shown
+from replayers.serving.played_logs import NoIndex, PlayedLogs, PlayedMessage
 
 
 def written(path: Path, *, topics: int = 3, count: int = 60, chunk_bytes: int = 200) -> Path:
@@ -33,7 +33,7 @@ def in_one_go(path: Path) -> list[tuple[str, int, bytes]]:
     return [(m.topic, m.log_time, m.data) for m in messages(path)]
 
 
-def plain(shown: list[Shown]) -> list[tuple[str, int, bytes]]:
+def plain(shown: list[PlayedMessage]) -> list[tuple[str, int, bytes]]:
     return [(s.channel.topic, s.log_time, s.data) for s in shown]
 
 

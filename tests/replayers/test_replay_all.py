@@ -98,7 +98,7 @@ def test_a_damaged_replay_is_made_again(tmp_path: Path) -> None:
     assert isinstance(made, StoredReplay)
     path = replay_path(folder, made.sha256, made.run_id, made.strategy)
     path.write_text('{"version": 1')
-    with pytest.raises(MalformedFile, match="kept replay"):
+    with pytest.raises(MalformedFile, match="stored replay"):
         read_replay(path)
     assert next(replay_log(log, wanted(folder))) == made
     assert read_replay(path) == made

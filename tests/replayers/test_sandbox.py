@@ -35,7 +35,7 @@ def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
         ("misbehaving:Hangs", "it made no decision within 0.3 s"),
         ("misbehaving:Dies", "its process died"),
         ("misbehaving:AnswersNonsense", "it returned str instead of a Decision"),
-        ("misbehaving:CostsNoNumber", "its plan's cost is no finite number"),
+        ("misbehaving:CostsNoNumber", "its plan's cost is not a finite number"),
         ("misbehaving:Teleports", "illegal step"),
         ("misbehaving:peeking", "it asks for the truth (house.contents)"),
         ("misbehaving:NOT_A_STRATEGY", "it raised TypeError"),

@@ -33,7 +33,7 @@ from replayers.counterfactual.prepared_log import ReplaySettings
 from workbench.plugins import NameOrigin
 from workbench.process_pool import can_inherit
 
-batch.FEW_OPEN = 0
+batch.MIN_OPEN_FOR_WORKERS = 0
 logs, output, workers = [Path(log) for log in sys.argv[4:]], Path(sys.argv[1]), int(sys.argv[2])
 names = tuple(sys.argv[3].split(","))
 settings = ReplaySettings(worlds=50)
@@ -55,7 +55,7 @@ def replay_on(prepared, name, origin, worlds):
     (Path(sys.argv[2]) / str(os.getpid())).touch()
     time.sleep(600)
 
-replayers.batch.log_replayer.replay_on, batch.FEW_OPEN = replay_on, 0
+replayers.batch.log_replayer.replay_on, batch.MIN_OPEN_FOR_WORKERS = replay_on, 0
 wanted = batch.ReplayRequest(strategies=("opt-greedy", "opt-lios"), settings=ReplaySettings())
 list(batch.replay_all([Path(sys.argv[1])], wanted, workers=2))
 """

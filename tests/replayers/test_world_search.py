@@ -30,7 +30,7 @@ def findings(made: Replay) -> tuple[object, ...]:
     """What the search of the worlds tells of a replay."""
     assert made.bounds is not None
     assert made.drawn is not None
-    ends = made.bounds.cheapest, made.bounds.dearest
+    ends = made.bounds.cheapest, made.bounds.most_expensive
     return (made.bounds.figures, made.bounds.groups, ends, made.estimate, made.segments, made.asked, made.notes,
             tuple(made.drawn.tolist()))  # fmt: skip
 

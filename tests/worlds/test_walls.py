@@ -12,7 +12,7 @@ from dashboards.geometry.floors import floors
 from dashboards.geometry.walls import wall_solids
 from dashboards.palette import WALL
 from recorders.foxglove.scene import belief_colour, scene
-from workbench.belief_colours import DEEP, PALE, belief_colours
+from workbench.belief_colours import belief_colours
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.walls import REACH_M, gaps_of, line_of, pieces_of, standing_walls
@@ -72,7 +72,7 @@ def test_both_draw_the_same_floors(plan: FloorPlan) -> None:
 def test_belief_colours_are_those_of_matplotlib_s_magma() -> None:
     from matplotlib import colormaps
 
-    at = 1.0 - np.linspace(PALE, DEEP, 256)
+    at = 1.0 - np.linspace(0.03, 0.80, 256)
     expected = np.round(np.asarray(colormaps["magma"](at))[:, :3] * 255)
     assert (belief_colours(np.arange(256) / 255) == expected).all()
 

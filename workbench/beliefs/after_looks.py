@@ -1,4 +1,4 @@
-"""Beliefs after looks that can miss: the posterior chance of what n looks did not show (Bayes), never zero."""
+"""Beliefs after looks that can miss: the Bayesian posterior of items that n looks did not show, never zero."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Belief:
         if self.p_detect and len(self.p_detect) != len(self.item_types):
             raise BadValue("detection probabilities", len(self.p_detect), f"{len(self.item_types)}, one an item type")
         if p.size and not (p.min() >= 0 and p.max() <= 1):  # also true for nan
-            raise BadValue("belief", "an entry that is no probability", "within [0, 1]")
+            raise BadValue("belief", "an entry that is not a probability", "within [0, 1]")
         p.flags.writeable = False
         object.__setattr__(self, "probability", p)
 

@@ -1,4 +1,4 @@
-"""Context features of an item in a container: all that names do not tell, as known during a search.
+"""Context features of an item in a container, beyond names, as known during a search.
 
 Names give rates and probabilities (`placements.py`). The features add: competing containers in the room and in the
 house; the size of the container, and whether the item fits; the composition of the house; and the observations so
@@ -21,7 +21,7 @@ from workbench.beliefs.placement_mixture import MAX_RATE, MIN_RATE
 from workbench.beliefs.placements import condition_on_existence
 
 MIN_PROBABILITY = 1e-4
-"""Probabilities are clipped to [LEAST, 1 - LEAST]."""
+"""Probabilities are clipped to [MIN_PROBABILITY, 1 - MIN_PROBABILITY]."""
 
 FEATURES = 55
 """Number of features; weights depend on their order. The first is the log-odds of the name-based probability."""

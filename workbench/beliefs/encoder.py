@@ -18,7 +18,7 @@ from typing import Any, Protocol, final
 
 import numpy as np
 
-from workbench.arrays import Floats32
+from workbench.arrays import Floats16, Floats32
 from workbench.beliefs.weights import VERSION, Header, Weights, read_weights, write_weights
 from workbench.caches import PerObject
 from workbench.errors import BadValue, InputError, MissingExtra
@@ -195,15 +195,24 @@ def write_vectors(path: Path, types: Sequence[str], encoder: TextEncoder) -> Shi
     names = sorted({generic_name(t) for t in types} - {""})
     if not names:
         raise BadValue("vocabulary", [], "at least one name")
-    vectors = np.concatenate([encoder.encode([name]) for name in names]).astype(np.float16)
-    header = Header(
-        estimator="encoder",
+    header = header_without_houses("encoder", encoder, {"names": names})
+    return vectors_from(write_weights(path, header, {"vectors": half_vectors(names, encoder)}))
+
+
+def half_vectors(names: Sequence[str], encoder: TextEncoder) -> Floats16:
+    """Each name encoded by itself, as float16, shape (names, dimensions)."""
+    return np.concatenate([encoder.encode([name]) for name in names]).astype(np.float16)
+
+
+def header_without_houses(estimator: str, encoder: TextEncoder, settings: Mapping[str, object]) -> Header:
+    """The header of weights that are not trained on houses."""
+    return Header(
+        estimator=estimator,
         version=VERSION,
         encoder=encoder.name,
         houses_sha256="",
         houses=0,
         seed=0,
         metrics={},
-        settings={"names": names},
+        settings=dict(settings),
     )
-    return vectors_from(write_weights(path, header, {"vectors": vectors}))

@@ -81,13 +81,13 @@ def estimator(
     if name not in ESTIMATORS:
         if weights is not None:
             raise UnknownName("estimator", name, ESTIMATORS)
-        return as_used(_from_outside(name, origin), known, may_ask=may_ask, limit_s=limit_s)
+        return wrapped_estimator(_from_outside(name, origin), known, may_ask=may_ask, limit_s=limit_s)
     if weights is None:
         return _shipped(name)
     return ESTIMATORS[name](read_weights(weights, estimator=WEIGHTS_OF.get(name, name)))
 
 
-def as_used(
+def wrapped_estimator(
     made: object, known: Iterable[Answer] = (), *, may_ask: bool = True, limit_s: float | None = None
 ) -> Estimator:
     """An estimator from outside as a run uses it: guarded, and asked each question once where that costs something.

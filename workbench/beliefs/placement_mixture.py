@@ -24,7 +24,7 @@ from workbench.beliefs.observed_scene import furniture_types
 from workbench.worlds.house import House, RoomId
 
 MIN_RATE, MAX_RATE = 1e-6, 0.9
-"""Rates are clipped to [LEAST, MOST]."""
+"""Rates are clipped to [MIN_RATE, MAX_RATE]."""
 
 UNSEEN_PSEUDO_COUNT = 0.5
 """Pseudo-count of a type without occurrences."""
@@ -54,7 +54,7 @@ class FitSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Tally:
+class PlacementCounts:
     """Counts of finds by place.
 
     Attributes:
@@ -74,7 +74,7 @@ class Tally:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Kinds:
+class PlacementKinds:
     """One run's kinds.
 
     Attributes:
@@ -88,7 +88,7 @@ class Kinds:
     weight: Floats
 
 
-def tally(houses: Sequence[House]) -> Tally:
+def tally(houses: Sequence[House]) -> PlacementCounts:
     """Count finds over houses. The source of a house (the file that it came from) is its name up to the colon.
 
     An item type that stands in a room as furniture is not counted there: a plant on the floor says nothing about
@@ -109,7 +109,7 @@ def tally(houses: Sequence[House]) -> Tally:
                 counted = known - stands[container.room]
                 stood[sorted(counted), r, c] += 1
                 held[sorted(counted & {item_at[i.type] for i in house.contents[container.id]}), r, c] += 1
-    return Tally(rooms=rooms, containers=containers, items=items, held=held, stood=stood)
+    return PlacementCounts(rooms=rooms, containers=containers, items=items, held=held, stood=stood)
 
 
 def _furniture_by_room(house: House, item_at: Mapping[str, int]) -> dict[RoomId, set[int]]:
@@ -129,7 +129,9 @@ def by_source(houses: Sequence[House]) -> dict[str, list[House]]:
     return sources
 
 
-def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: FitSettings) -> Kinds:
+def fit_kinds(
+    found: PlacementCounts, vectors: Floats, *, rng: np.random.Generator, how: FitSettings
+) -> PlacementKinds:
     """One run of the fit from a random start.
 
     Args:
@@ -143,7 +145,7 @@ def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: F
     share = np.minimum(1.0, 20.0 / often[starts])[:, None]
     expected = stood[starts] * data.base
     exposed = stood[starts] * (share * often[starts, None] / expected.sum(axis=1, keepdims=True))
-    kinds = Kinds(
+    kinds = PlacementKinds(
         rate=_rates(held[starts] * share, exposed, data, how),
         centre=(vectors[starts] + vectors.mean(axis=0)) / 2,
         weight=np.full((count, len(how.closeness)), 1.0 / count / len(how.closeness)),
@@ -154,7 +156,7 @@ def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: F
     return kinds
 
 
-def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: FitSettings) -> Floats:
+def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: PlacementKinds, how: FitSettings) -> Floats:
     """The rate at which a container holds an item type, independent of the house, by the kinds of one run.
 
     Args:
@@ -176,7 +178,9 @@ def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: Fi
     return np.clip(np.maximum(often, UNSEEN_PSEUDO_COUNT)[:, None] * rates, MIN_RATE, MAX_RATE)
 
 
-def duplicate_probability(rates: Floats, found: Tally, houses: Sequence[House], *, before: float = 0.3) -> Floats:
+def duplicate_probability(
+    rates: Floats, found: PlacementCounts, houses: Sequence[House], *, before: float = 0.3
+) -> Floats:
     """The probability that a room may hold each type twice, shape (items,).
 
     Some item types occur once per room: with a plate on the table there is none on the dresser, and with a plant on
@@ -243,7 +247,7 @@ class _TrainingData:
     prior: Floats
 
 
-def _training_data(found: Tally, vectors: Floats, how: FitSettings) -> _TrainingData:
+def _training_data(found: PlacementCounts, vectors: Floats, how: FitSettings) -> _TrainingData:
     """A tally prepared for fitting; overall rates are smoothed towards those of the same container type."""
     held, stood = found.held.sum(axis=0), found.stood.sum(axis=0)
     types = len(found.items)
@@ -277,7 +281,7 @@ def _rates(held: Floats, exposed: Floats, data: _TrainingData, how: FitSettings)
 
 
 def _membership(
-    kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: FitSettings
+    kinds: PlacementKinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: FitSettings
 ) -> Floats:
     """The posterior probability of each kind and closeness for each type, shape (items, kinds, closenesses)."""
     from scipy.special import gammaln  # imported here, since beliefs do not need fitting
@@ -296,7 +300,7 @@ def _membership(
 
 
 def _prior_strengths(
-    kinds: Kinds, stood: Floats, at: Indices, place: Indices, how: FitSettings
+    kinds: PlacementKinds, stood: Floats, at: Indices, place: Indices, how: FitSettings
 ) -> list[tuple[int, int, Floats]]:
     """The prior pseudo-finds of each kind and closeness at each find, shape (kinds, closenesses, finds)."""
     scale = stood @ kinds.rate.T
@@ -307,7 +311,7 @@ def _prior_strengths(
     return pulls
 
 
-def _em_step(kinds: Kinds, data: _TrainingData, softness: float, how: FitSettings) -> Kinds:
+def _em_step(kinds: PlacementKinds, data: _TrainingData, softness: float, how: FitSettings) -> PlacementKinds:
     """One iteration: memberships, then kinds. Repeated finds of a type count less than first ones, being its own
     habit."""
     from scipy.special import digamma
@@ -323,7 +327,7 @@ def _em_step(kinds: Kinds, data: _TrainingData, softness: float, how: FitSetting
         by_type[z] += np.bincount(at, counted, minlength=len(held))
     exposed = (by_type / np.maximum(scale.T, 1e-12)) @ stood
     whole = member.sum(axis=2)
-    return Kinds(
+    return PlacementKinds(
         rate=_rates(found_of, exposed, data, how),
         centre=(whole.T @ vectors + 2 * vectors.mean(axis=0)) / (whole.sum(axis=0)[:, None] + 2),
         weight=(member.sum(axis=0) + 0.5) / (len(held) + 0.5 * kinds.weight.size),

@@ -21,8 +21,8 @@ from workbench.beliefs.placement_mixture import (
     MAX_RATE,
     MIN_RATE,
     FitSettings,
-    Kinds,
-    Tally,
+    PlacementCounts,
+    PlacementKinds,
     duplicate_probability,
     fit_kinds,
     rates_of,
@@ -67,7 +67,7 @@ class Placements:
     often: Floats
     stood: Floats
     usual: Floats
-    kinds: tuple[Kinds, ...]
+    kinds: tuple[PlacementKinds, ...]
     encoder: TextEncoder
     how: FitSettings = field(default_factory=FitSettings)
     _item_at: Mapping[str, int] = field(init=False, repr=False, compare=False)
@@ -194,7 +194,7 @@ def share_among_rivals_numpy(rates: Floats, room: Ints) -> Floats:
     return share_among_rivals(np.ascontiguousarray(rates), np.ascontiguousarray(room), NODES, NODE_WEIGHTS)
 
 
-def usual_types(houses: Sequence[House], found: Tally) -> Floats:
+def usual_types(houses: Sequence[House], found: PlacementCounts) -> Floats:
     """The usual number of types in a container, shape (rooms + 1, containers + 1), smoothed towards its container
     type."""
     shape = found.held.shape[1:]
@@ -256,7 +256,7 @@ def placements_of(weights: Weights) -> Placements:
         or (several > 1).any()
     )
     if chances or (rate <= 0).any() or (weight <= 0).any() or min(often.min(), stood.min(), usual.min()) < 0:
-        raise MalformedFile(weights.path, "counts or rates that cannot be", "Train it again with lios train")
+        raise MalformedFile(weights.path, "impossible counts or rates", "Train it again with lios train")
     return Placements(
         rooms=rooms,
         containers=containers,
@@ -266,16 +266,16 @@ def placements_of(weights: Weights) -> Placements:
         often=often,
         stood=stood,
         usual=usual,
-        kinds=tuple(Kinds(rate=rate[k], centre=centre[k], weight=weight[k]) for k in range(runs)),
+        kinds=tuple(PlacementKinds(rate=rate[k], centre=centre[k], weight=weight[k]) for k in range(runs)),
         encoder=encoder,
         how=how,
     )
 
 
-def _rounded_kinds(kinds: Kinds) -> Kinds:
+def _rounded_kinds(kinds: PlacementKinds) -> PlacementKinds:
     """Kinds rounded to the precision of a weights file, so that trained and loaded ones agree."""
     centre = kinds.centre.astype(np.float16).astype(np.float64)
-    return Kinds(rate=_rounded(kinds.rate), centre=centre, weight=_rounded(kinds.weight))
+    return PlacementKinds(rate=_rounded(kinds.rate), centre=centre, weight=_rounded(kinds.weight))
 
 
 def _rounded(values: Floats) -> Floats:

@@ -66,7 +66,9 @@ def trees_from(weights: Weights, *, features: int) -> Trees:
     count, depth = feature.shape
     known = ((feature >= 0) & (feature < features)).all()
     if not count or not 1 <= depth <= MAX_DEPTH or not known:
-        raise MalformedFile(weights.path, "its trees ask about what there is not", "Train it again with lios train")
+        raise MalformedFile(
+            weights.path, "its trees use features that do not exist", "Train it again with lios train"
+        )
     return Trees(
         feature=feature,
         threshold=weights.tensor("trees.threshold", count, depth).astype(np.float64),

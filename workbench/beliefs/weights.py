@@ -80,7 +80,7 @@ class Weights:
         if not fits:
             raise MalformedFile(self.path, f"tensor {name!r} has shape {value.shape} and not {shape}", _TRAIN)
         if value.dtype.kind not in "fiu" or not np.isfinite(value).all():
-            raise MalformedFile(self.path, f"tensor {name!r} holds what is no finite number", _TRAIN)
+            raise MalformedFile(self.path, f"tensor {name!r} holds a number that is not finite", _TRAIN)
         return value
 
     def names(self, setting: str) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ RETRIES = 5
 """Number of retries of a unit whose worker died."""
 LOOK_EVERY_S = 5.0
 """How often it is asked whether there are workers."""
-AHEAD_A_WORKER = 3
+QUEUED_PER_WORKER = 3
 """Units that wait for each worker, which bounds what is held of many."""
 NOT_INSTALLED = "0.0.0"
 """The version of a source tree that was never installed."""
@@ -44,11 +44,11 @@ class ClusterLost(Failed):
     def __init__(self, scheduler: str, error: BaseException) -> None:
         super().__init__(
             f"the Dask cluster at {scheduler} was lost ({type(error).__name__}). "
-            "What is done is kept in -o: start the cluster and give the same command again."
+            "Finished work is kept in -o: start the cluster and run the same command again."
         )
 
 
-class OtherVersion(InputError):
+class WorkerVersionDiffers(InputError):
     """A worker has another version of this package, and could give other results."""
 
     def __init__(self, worker: str, version: str) -> None:
@@ -58,7 +58,7 @@ class OtherVersion(InputError):
         )
 
 
-class NotInstalledThere(InputError):
+class WorkerImportFailed(InputError):
     """A worker cannot import what the work needs."""
 
     def __init__(self, scheduler: str, error: ImportError) -> None:
@@ -104,7 +104,7 @@ def run_in_order(
             waiting: deque[Future[Result]] = deque()
             for unit in units:
                 waiting.append(pool.submit(work, unit))
-                if len(waiting) >= workers * AHEAD_A_WORKER:
+                if len(waiting) >= workers * QUEUED_PER_WORKER:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
@@ -151,7 +151,7 @@ def on_cluster(
     Raises:
         MissingExtra: dask.distributed is not installed.
         InputError: the scheduler does not answer.
-        OtherVersion, NotInstalledThere: a worker has another version of this package, or none.
+        WorkerVersionDiffers, WorkerImportFailed: a worker has another version of this package, or none.
         ClusterLost: the connection to the scheduler was lost.
     """
     try:
@@ -177,7 +177,7 @@ def on_cluster(
             return future
 
         index: dict[str, int] = {}
-        done = distributed.as_completed(handed_out(max(MIN_AHEAD, AHEAD_A_WORKER * _threads(client))))
+        done = distributed.as_completed(handed_out(max(MIN_AHEAD, QUEUED_PER_WORKER * _threads(client))))
         for future in done:
             try:
                 found, worker, result = future.result()
@@ -185,9 +185,9 @@ def on_cluster(
                 logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it would log every unit
                 raise ClusterLost(scheduler, error) from error
             except ImportError as error:
-                raise NotInstalledThere(scheduler, error) from error
+                raise WorkerImportFailed(scheduler, error) from error
             if found != __version__:
-                raise OtherVersion(worker, found)
+                raise WorkerVersionDiffers(worker, found)
             done.update(handed_out(1))
             yield index.pop(future.key), result
 
@@ -206,16 +206,16 @@ def _require_same_version(client: Any, scheduler: str) -> None:
     except PackageNotFoundError as error:
         if __version__ == NOT_INSTALLED:
             return
-        raise NotInstalledThere(scheduler, error) from error
+        raise WorkerImportFailed(scheduler, error) from error
     for worker, there in found.items():
         if there != __version__:
-            raise OtherVersion(worker, there)
+            raise WorkerVersionDiffers(worker, there)
 
 
 def _worked(work: Callable[[Unit], Result], unit: Unit) -> tuple[str, str, Result]:
     """Runs on a worker: the version of this package there, the worker, and the result.
 
-    Dask makes its workers daemons, which may not start processes; a user's planner has a process of its own, for its
+    Dask makes its workers daemons, which may not start processes; a user's planner has a separate process, for its
     time limit, and that one ends with the worker.
     """
     process = current_process()
@@ -255,7 +255,7 @@ def _warning_without_workers(client: Any, scheduler: str) -> Generator[None]:
             except (OSError, ValueError, RuntimeError, KeyError, TimeoutError):
                 return  # the scheduler is gone, which the results tell
             if now != there:
-                say("There are workers again." if now else f"No worker is at {scheduler}: waiting for one.")
+                say("Workers are available again." if now else f"No worker is at {scheduler}: waiting for one.")
             there = now
 
     watcher = threading.Thread(target=watch, name="workers", daemon=True)

@@ -84,8 +84,8 @@ def evaluate(request: Request, *, workers: int = 1, scheduler: str = "") -> Eval
 def _searches(request: SearchRequest) -> Evaluation:
     experiment = request.experiment()
     on = Workforce(request.workers, request.scheduler)
-    with trained_per_fold(experiment.estimators(), request.dealt, None, on=on) as believers:
-        report = measure_searches(request, believers=believers)
+    with trained_per_fold(experiment.estimators(), request.fold_split, None, on=on) as fold_estimators:
+        report = measure_searches(request, fold_estimators=fold_estimators)
     return Evaluation(answer=search_answer(report), trials=tuple(asdict(trial) for trial in report.trials))
 
 
@@ -101,12 +101,12 @@ def _as_commanded(request: TaskRequest) -> TaskRequest:
 
 def _tasks(request: TaskRequest, on: Workforce) -> Evaluation:
     request.require_estimators()
-    dealt = request.dealt()
-    planned = plan_trials(request, dealt)
+    fold_split = request.fold_split()
+    planned = plan_trials(request, fold_split)
     if not planned.keys:
         raise NoHouse(request)
-    with trained_per_fold(request.estimators(), dealt, None, on=on) as believers:
-        units = remaining_units(request, planned.keys, (), None, believers=believers)
+    with trained_per_fold(request.estimators(), fold_split, None, on=on) as fold_estimators:
+        units = remaining_units(request, planned.keys, (), None, fold_estimators=fold_estimators)
         made = _flat(run_units(units, workers=on.workers, scheduler=on.scheduler))
         rows = wanted_rows(request, planned.keys, made)
     answer = task_answer(request, planned, rows)

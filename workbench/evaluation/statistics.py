@@ -1,14 +1,14 @@
 """Cluster-bootstrap intervals of means and of paired differences over trials.
 
-Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws
-houses with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
+Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws houses
+with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
 
 A single cluster says nothing of how clusters vary. Its interval draws its own trials instead, says so (`resampled`),
-and is widened. So is the interval of few clusters (FEW). n of them spread too little by sqrt((n - 1) / n), and their
-spread is itself estimated, for which Student's t stands (Hesterberg 2015, The American Statistician 69(4), on why
-percentile intervals of few draws are narrow). A widened interval covers both the percentile interval, with its ends
-moved outward by these two factors, and Student's t interval, which is exact for normal values. One single trial has
-no interval.
+and is widened. So is the interval of few clusters (up to MAX_WIDENED_CLUSTERS). n of them spread too little by
+sqrt((n - 1) / n), and their spread is itself estimated, for which Student's t stands (Hesterberg 2015, The American
+Statistician 69(4), on why percentile intervals of few draws are narrow). A widened interval covers both the
+percentile interval, with its ends moved outward by these two factors, and Student's t interval, which is exact for
+normal values. One single trial has no interval.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from workbench.arrays import Floats
 from workbench.errors import BadValue
 
 DRAWS = 4000
-_DRAWS_AT_ONCE = 500
+_DRAWS_PER_BLOCK = 500
 
-FEW = 15
+MAX_WIDENED_CLUSTERS = 15
 """Up to so many clusters, their interval is widened: a plain percentile interval covers 0.73 (3) to 0.91 (15)."""
 
 
@@ -145,7 +145,7 @@ def interval_of(
         return (float("nan"), float("nan"))
     tail = (1 - level) / 2
     lower, upper = (float(end) for end in np.quantile(measured, [tail, 1 - tail]))
-    if clusters > FEW:
+    if clusters > MAX_WIDENED_CLUSTERS:
         return (lower, upper)
     wider, student = _widening(trials if clusters == 1 else clusters, level)
     half = student * float(measured.std())
@@ -212,8 +212,8 @@ def _sums(top: Floats, bottom: Floats, clusters: Sequence[Hashable]) -> tuple[Fl
 
 def _drawn_ratios(tops: Floats, bottoms: Floats, rng: np.random.Generator, draws: int) -> Floats:
     n, ratios = len(tops), list[Floats]()
-    for start in range(0, draws, _DRAWS_AT_ONCE):
-        chosen = rng.integers(n, size=(min(_DRAWS_AT_ONCE, draws - start), n))
+    for start in range(0, draws, _DRAWS_PER_BLOCK):
+        chosen = rng.integers(n, size=(min(_DRAWS_PER_BLOCK, draws - start), n))
         below = bottoms[chosen].sum(axis=1)
         above = tops[chosen].sum(axis=1)
         ratios.append((above[below != 0] / below[below != 0]).astype(np.float64))

@@ -1,4 +1,4 @@
-"""What a run asks its estimator: beliefs for decisions, and the answers on which they rest, each reported once."""
+"""Queries of a run to its estimator: beliefs for decisions, and their answers, each reported once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When containers are looked into again, where looks can miss.
+"""Repeated looks: which searched containers may be looked into again, where looks can miss.
 
 A strategy that plans with repeated looks (attribute `looks_again`) may choose at every decision any container that
 was looked into fewer than MAX_LOOKS times; when all were, that many times once more. For all others, containers are

@@ -1,4 +1,4 @@
-"""The check whether a goal is met by the robot's knowledge, independent of any planner."""
+"""The check whether the robot's knowledge meets a goal, independent of any planner."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot that sees in passing learns on a move: open containers that came into view."""
+"""Observations in passing: the open containers that come into view on a move."""
 
 from __future__ import annotations
 

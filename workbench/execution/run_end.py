@@ -1,4 +1,4 @@
-"""How a run ends that has no plan to go on with."""
+"""The end of a run that has no plan left."""
 
 from __future__ import annotations
 

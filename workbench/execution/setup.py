@@ -1,4 +1,4 @@
-"""The set-up of a run: what a task, names and a seed become before the loop starts, in simulation and on a robot."""
+"""The set-up of a run from a task, names and a seed, in simulation and on a robot."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.beliefs.memory.memory import Memory
-from workbench.beliefs.memory.remembering import remembering
+from workbench.beliefs.memory.memory_estimator import with_memory
 from workbench.execution.events import Event
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import strategy as strategy_named
@@ -75,5 +75,5 @@ def set_up(
         strategy = strategy_named(strategy, origin=NameOrigin.USER, house=house)
     if isinstance(estimator, str):
         estimator = estimator_named(estimator, origin=NameOrigin.USER)
-    estimator = remembering(estimator, memory)
+    estimator = with_memory(estimator, memory)
     return RunSetup(task=task, strategy=strategy, estimator=estimator, costs=costs, seed=seed, perception=perception)

@@ -1,4 +1,4 @@
-"""How the estimator of a run asks, where its answers cost something: an entry of the run's settings."""
+"""The settings entry that says how a costly estimator of a run asks its questions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The perception of a run in its settings: how surely a look detects what is there, as the robot believed it."""
+"""The perception of a run in its settings: the detection probabilities that the robot assumed."""
 
 from __future__ import annotations
 

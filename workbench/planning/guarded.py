@@ -2,7 +2,7 @@
 
 An exception, an invalid decision, or a decision that exceeds the planning budget becomes a decision without a plan.
 Whatever the strategy prints goes to standard error, since standard output carries the command's result. (Replays
-isolate it further, in a process of its own: replayers/counterfactual/sandbox.py.)
+isolate it further, in a separate process: replayers/counterfactual/sandbox.py.)
 """
 
 from __future__ import annotations
@@ -94,16 +94,16 @@ def _checks(made: Decision, plan: Plan) -> tuple[tuple[str, bool], ...]:
     """What can be wrong with the parts of a decision, and whether it is fine."""
     return (
         ("plan's status is no PlanStatus", _isinstance(plan.status, PlanStatus)),
-        ("plan's steps are no tuple of PlanStep", _all_isinstance(plan.steps, PlanStep)),
+        ("plan's steps are not a tuple of PlanStep", _all_isinstance(plan.steps, PlanStep)),
         ("plan's steps are not made of names and a cost", all(map(_is_valid_step, _each(plan.steps)))),
-        ("plan's cost is no finite number", _finite(plan.cost)),
-        ("plan's lower_bound is no finite number", plan.lower_bound is None or _finite(plan.lower_bound)),
+        ("plan's cost is not a finite number", _finite(plan.cost)),
+        ("plan's lower_bound is not a finite number", plan.lower_bound is None or _finite(plan.lower_bound)),
         ("plan's optimal is neither True nor False", _isinstance(plan.optimal, bool)),
-        ("plan's solver and note are no text", _isinstance(plan.solver, str) and _isinstance(plan.note, str)),
+        ("plan's solver and note are not text", _isinstance(plan.solver, str) and _isinstance(plan.note, str)),
         ("find_costs are no FindCosts", made.find_costs is None or _isinstance(made.find_costs, FindCosts)),
-        ("search_order is no tuple of SearchStop", _all_isinstance(made.search_order, SearchStop)),
-        ("alternatives are no tuple of Alternative", _all_isinstance(made.alternatives, Alternative)),
-        ("look_on_the_way is no tuple of containers", _all_isinstance(made.look_on_the_way, str)),
+        ("search_order is not a tuple of SearchStop", _all_isinstance(made.search_order, SearchStop)),
+        ("alternatives are not a tuple of Alternative", _all_isinstance(made.alternatives, Alternative)),
+        ("look_on_the_way is not a tuple of containers", _all_isinstance(made.look_on_the_way, str)),
     )
 
 

@@ -27,7 +27,7 @@ MISSING = "?"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Thing:
+class PlanningItem:
     """An item of the problem: a known instance, or a hypothetical one that a find brings.
 
     Attributes:
@@ -59,7 +59,7 @@ class Problem:
     costs: ActionCosts
     locations: tuple[LocationId, ...]
     robot_at: LocationId
-    things: tuple[Thing, ...]
+    things: tuple[PlanningItem, ...]
     facts: frozenset[Fact]
     goal: Goal
     find_costs: FindCosts | None = None
@@ -67,7 +67,7 @@ class Problem:
     def distance(self, a: LocationId, b: LocationId) -> float:
         return float(self.travel.metres[self.travel.index(a), self.travel.index(b)])
 
-    def of_type(self, item_type: ItemType) -> tuple[Thing, ...]:
+    def of_type(self, item_type: ItemType) -> tuple[PlanningItem, ...]:
         return tuple(thing for thing in self.things if thing.type == item_type)
 
 
@@ -242,7 +242,7 @@ def problem_of(
     Args:
         every_item: with the known items of types that do not matter to the goal, too.
     """
-    things: list[Thing] = []
+    things: list[PlanningItem] = []
     found = find_costs.item_types if find_costs is not None else ()
     max_by_type = dict(max_wants_by_type(goal))
     if every_item:
@@ -250,14 +250,14 @@ def problem_of(
     for item_type, most in max_by_type.items():
         for location, item in knowledge.where(item_type):
             if knowledge.travel.reaches(location):
-                things.append(Thing(id=item.id, type=item_type, at=location))
+                things.append(PlanningItem(id=item.id, type=item_type, at=location))
         if item_type in found:
             lacking = max(most - _known(knowledge, item_type), 1)
             names = [f"{MISSING}{item_type}"] + [f"{MISSING}{item_type}#{i + 2}" for i in range(lacking - 1)]
-            things += [Thing(id=ItemId(name), type=item_type) for name in names]
+            things += [PlanningItem(id=ItemId(name), type=item_type) for name in names]
     held = knowledge.holding
     if held is not None:
-        things.append(Thing(id=held.id, type=held.type, held=True))
+        things.append(PlanningItem(id=held.id, type=held.type, held=True))
     return Problem(
         travel=knowledge.travel,
         costs=costs,

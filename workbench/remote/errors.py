@@ -33,14 +33,14 @@ class NoCredentials(InputError):
         super().__init__(f"{address}: credentials are missing or refused ({why}). {how}.")
 
 
-class NoRanges(Unsupported):
+class RangesUnsupported(Unsupported):
     """A server that sends whole files only."""
 
     def __init__(self, address: Path | str) -> None:
-        super().__init__(f"{address}: its server sends no parts of files (no ranges). Download it and open the copy.")
+        super().__init__(f"{address}: its server does not support range requests. Download it and open the copy.")
 
 
-class BrokenOff(InputError):
+class TransferInterrupted(InputError):
     """A transfer that ends before its end, again after a second try."""
 
     def __init__(self, address: Path | str, offset: int) -> None:
@@ -54,7 +54,7 @@ class NotAnAddress(NotFound):
         super().__init__(f"{address}: {why}. Give one such as https://host/run.mcap or s3://bucket/runs/.")
 
 
-class IsRemote(Unsupported):
+class LocalFileRequired(Unsupported):
     """A file at an address where a local one is needed."""
 
     def __init__(self, where: str, address: Path | str) -> None:
@@ -92,7 +92,7 @@ def in_words(error: Exception, address: Path | str) -> LiosError:
     if isinstance(error, PermissionError) or "Credential" in kind or "Auth" in kind or status in REFUSED:
         return NoCredentials(address, why)
     if isinstance(error, ValueError) and ("range requests" in why or "seek" in why):
-        return NoRanges(address)
+        return RangesUnsupported(address)
     if isinstance(error, ValueError) and "Protocol not known" in why:
         return NotAnAddress(str(address), "no such protocol is known")
     return Unreachable(address, why)

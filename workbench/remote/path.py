@@ -26,11 +26,6 @@ PATTERN = re.compile(r"[*\[]")
 """What makes an address a pattern; a question mark begins the query of a web address."""
 
 
-def is_address(text: str | Path) -> bool:
-    """Whether it is an address, and no path on this machine."""
-    return isinstance(text, RemotePath) or ADDRESS.fullmatch(str(text)) is not None
-
-
 def path_of(text: str | Path) -> Path:
     """The path that a text means: a RemotePath for an address, and a local path for all others, also file://.
 

@@ -1,4 +1,4 @@
-"""Reads files at addresses by ranges: small steps where a reader jumps about, longer ones where it goes on."""
+"""Reads files at addresses by ranges: small requests for random access, larger ones for sequential reading."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import io
 from typing import Any, final
 
 from workbench.caches import Cache
-from workbench.remote.errors import BrokenOff, NoRanges, Unreachable, in_words, outside_errors
+from workbench.remote.errors import RangesUnsupported, TransferInterrupted, Unreachable, in_words, outside_errors
 from workbench.remote.path import RemotePath
 
 BLOCK_BYTES = 16 << 10
@@ -23,14 +23,14 @@ def open_remote(path: RemotePath) -> RemoteFile:
 
     Raises:
         FileMissing, NoCredentials, Unreachable: as the store answers.
-        NoRanges: the server says that it sends no parts of files.
+        RangesUnsupported: the server says that it sends no parts of files.
     """
     files = path.filesystem()
     try:
         source = files.open(str(path), "rb", block_size=BLOCK_BYTES, cache_type="none")
         if not source.seekable():
             source.close()
-            raise NoRanges(path)
+            raise RangesUnsupported(path)
     except outside_errors() as error:
         raise in_words(error, path) from error
     return RemoteFile(source, path)
@@ -74,7 +74,7 @@ class RemoteFile(io.BufferedIOBase):
         """Bytes from the present place.
 
         Raises:
-            BrokenOff, NoRanges, Unreachable: they cannot be fetched.
+            TransferInterrupted, RangesUnsupported, Unreachable: they cannot be fetched.
         """
         left = max(self._size - self._at, 0)
         wanted = left if size is None or size < 0 else min(size, left)
@@ -132,11 +132,11 @@ class RemoteFile(io.BufferedIOBase):
                 if not isinstance(explained, Unreachable):
                     raise explained from error
                 if last_try:
-                    raise BrokenOff(self._path, start) from error
+                    raise TransferInterrupted(self._path, start) from error
             else:
                 if len(data) == end - start:
                     return data
-        raise BrokenOff(self._path, start)
+        raise TransferInterrupted(self._path, start)
 
 
 def _size_of(source: Any, path: RemotePath) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from workbench.errors import BadValue, FileMissing, OutputExists
-from workbench.remote.errors import BrokenOff, NotWritable, in_words, outside_errors
+from workbench.remote.errors import NotWritable, TransferInterrupted, in_words, outside_errors
 from workbench.remote.path import WEB, RemotePath, path_of
 from workbench.terminal import counted, say
 
@@ -23,9 +23,9 @@ def upload_target(address: str) -> RemotePath:
     """
     path = path_of(address)
     if not isinstance(path, RemotePath):
-        raise NotWritable(address, "this is a path of this machine")
+        raise NotWritable(address, "this is a local path")
     if path.protocol in WEB:
-        raise NotWritable(address, "nothing is sent to web addresses")
+        raise NotWritable(address, "web addresses cannot be written to")
     path.filesystem()
     return path
 
@@ -46,7 +46,7 @@ def upload(
         FileMissing: a source does not exist.
         OutputExists: something is there already; nothing has been sent then.
         NotWritable, NoCredentials, Unreachable: as the store answers.
-        BrokenOff: a copy has another size than its file.
+        TransferInterrupted: a copy has another size than its file.
     """
     target = upload_target(address)
     pairs = _pairs(sources, target, inside=address.endswith("/"))
@@ -63,7 +63,7 @@ def upload(
         except outside_errors() as error:
             raise in_words(error, there) from error
         if size != local.stat().st_size:
-            raise BrokenOff(there, int(size or 0))
+            raise TransferInterrupted(there, int(size or 0))
         yield there
 
 

@@ -167,13 +167,14 @@ def _setup(
         limit=limit,
         ranking=ranking or ranking_of(model),
     )
+    between_m, from_m, to_m = here.over(chosen)
     return _Setup(
         probability=probability,
         candidates=chosen,
         missing=still_missing_by_subset(probability, chosen, model),
-        between_m=here.between_m[chosen[:, :, None], chosen[:, None, :]],
-        from_m=np.ascontiguousarray(here.from_m[:, chosen].swapaxes(0, 1)),
-        found=costs.manipulation + here.to_m[chosen],
+        between_m=between_m,
+        from_m=from_m,
+        found=costs.manipulation + to_m,
     )
 
 

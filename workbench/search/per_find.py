@@ -1,4 +1,4 @@
-"""Eq. 1 with candidates of its own for every origin and target: what the search between the two is expected to cost.
+"""Find costs by Eq. 1 with separate candidates for every origin and target.
 
 The table of engine.expected_find_costs has one candidate set per item type, chosen by mean distances. A find that is
 carried out chooses by its own origin and target. Where there are more containers than candidates the two differ, and

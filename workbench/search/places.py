@@ -45,6 +45,19 @@ class SearchSpace:
     to_m: Floats
     between_m: Floats
 
+    def over(self, candidates: Indices) -> tuple[Floats, Floats, Floats]:
+        """Distances over candidates of shape (item types, k), as Eq. 1's programs take them.
+
+        Returns:
+            Between candidates, shape (item types, k, k); from the origins, shape (item types, origins, k);
+            to the targets, shape (item types, k, targets).
+        """
+        return (
+            self.between_m[candidates[:, :, None], candidates[:, None, :]],
+            np.ascontiguousarray(self.from_m[:, candidates].swapaxes(0, 1)),
+            self.to_m[candidates],
+        )
+
 
 def search_space(
     belief: Belief, travel: TravelCosts, *, origins: Sequence[LocationId], targets: Sequence[LocationId]

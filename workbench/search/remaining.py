@@ -60,7 +60,7 @@ def weights(probability: Floats, model: BeliefModel) -> Floats:
     if model not in BELIEF_MODELS:
         raise BadValue("belief model", model, "one of " + ", ".join(BELIEF_MODELS))
     if not ((p >= 0) & (p <= 1)).all():
-        raise BadValue("probability", "an entry that is no probability", "within [0, 1]")
+        raise BadValue("probability", "an entry that is not a probability", "within [0, 1]")
     before = unconditioned(p, model)
     return before if model == "exclusive" else _log_miss(before)
 

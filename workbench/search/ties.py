@@ -1,4 +1,4 @@
-"""Which of several nearly equal costs is taken: the first, in a fixed order, of all within a tolerance of the least.
+"""Tie-breaking among nearly equal costs: the first, in a fixed order, of all within a tolerance of the least.
 
 Sums of the same numbers differ in their last bits with the order in which they were added, with the machine and with
 the program (numpy, numba). A decision between equal costs must not hang on that. So every choice is made in two
@@ -49,7 +49,7 @@ def first_of_least(things: Iterable[T], cost: Callable[[T], float]) -> T:
 
 
 def by_cost(things: Iterable[T], cost: Callable[[T], float]) -> list[T]:
-    """The things from the cheapest to the dearest; equal ones in the order in which they are given."""
+    """The things from the cheapest to the most expensive; equal ones in the order in which they are given."""
     listed = list(things)
     if len(listed) < 2:
         return listed

@@ -175,7 +175,7 @@ def _room_with(box: Box, floors: Mapping[str, Box], what: str, path: Path) -> st
     for name, (x0, y0, x1, y1) in floors.items():
         if x0 - NEAR_M <= box[0] and box[2] <= x1 + NEAR_M and y0 - NEAR_M <= box[1] and box[3] <= y1 + NEAR_M:
             return name
-    raise MalformedFile(path, f"{what} is in no room", "Move it into one, whole")
+    raise MalformedFile(path, f"{what} is in no room", "Move all of it into one room")
 
 
 def _container(name: str, entry: _ContainerEntry, floors: Mapping[str, Box], path: Path) -> Container:

@@ -1,6 +1,6 @@
-"""How surely a look shows what is there: the chance that one look detects an item, by item type.
+"""Detection probabilities: how likely one look detects an item that is there, by item type.
 
-Looks at one container are independent trials, each from a viewpoint of its own. Two looks from one viewpoint are not
+Looks at one container are independent trials, each from a different viewpoint. Two looks from one viewpoint are not
 two looks: misses from one place are correlated (Velez et al., JAIR 44, 2012).
 """
 

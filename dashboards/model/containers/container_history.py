@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from dashboards.model.belief_series import Series
-from dashboards.model.containers.looks_in_vain import LooksInVain, looks_in_vain
+from dashboards.model.containers.fruitless_looks import FruitlessLooks, fruitless_looks
 from dashboards.model.first_stop_costs import FirstLook, first_looks
 from dashboards.model.timeline import NEVER, DecisionFrame, Timeline
 from workbench.log_schema.events import SeenItem
@@ -76,7 +76,7 @@ class ContainerHistory:
     contents: tuple[ItemCount, ...] | None
     truth: tuple[ItemCount, ...] | None
     belief: Series
-    in_vain: LooksInVain | None
+    in_vain: FruitlessLooks | None
     considerations: tuple[Consideration, ...]
 
 
@@ -114,7 +114,7 @@ def container_history(
         contents=_counts(timeline, container.id, timeline.contents.get(container.id, ()), stamp_ns) if seen else None,
         truth=None if truth is None else _counts(timeline, container.id, truth.get(container.id, ()), stamp_ns),
         belief=_belief(timeline, container.id, focus),
-        in_vain=looks_in_vain(timeline, container.id, focus, stamp_ns),
+        in_vain=fruitless_looks(timeline, container.id, focus, stamp_ns),
         considerations=()
         if known
         else _considerations(timeline, container.id, min(stamp_ns, searched_ns - 1), focus),

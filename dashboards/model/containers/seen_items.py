@@ -1,4 +1,4 @@
-"""Where the items are that a run has seen by a moment: in their container, until they are taken."""
+"""Places of the items that a run has seen by a moment: in their container, until they are taken."""
 
 from __future__ import annotations
 

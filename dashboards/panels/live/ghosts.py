@@ -14,10 +14,10 @@ MAX_STRATEGY_CHARS = 28
 MAX_TROUBLE_CHARS = 160
 HINTS = {
     "at least": "The cost in the cheapest world that agrees with the log so far.",
-    "at most": "The cost in the dearest such world; - where no bound is known.",
+    "at most": "The cost in the most expensive such world; - where no bound is known.",
     "driven costs more": "The driven strategy's cost minus this one's, world by world.",
 }
-WIDE = "~ : the tree of runs was too wide for the time; these bounds hold, and may be wider than what is known."
+WIDE_TREE_NOTE = "~ : the tree of runs was too wide for the time; these bounds hold, but may be wider than necessary."
 
 
 def ghosts(report: GhostReport | None, colours: dict[str, Colour]) -> Markup:
@@ -37,7 +37,7 @@ def ghosts(report: GhostReport | None, colours: dict[str, Colour]) -> Markup:
         head = ("beside the run", *HINTS)
         parts.append(table(head, rows, key="ghosts", classes=("w", "n", "n", "n"), hints=HINTS))
         if any(bounds.outer for bounds in report.bounds):
-            parts.append(html('<p class="muted">{}</p>', WIDE))
+            parts.append(html('<p class="muted">{}</p>', WIDE_TREE_NOTE))
         parts.append(
             html(
                 '<p class="muted">As of decision {}, {} containers known; replayed in {} s.</p>',

@@ -12,7 +12,7 @@ from recorders.spot.session.topics import SessionStatus
 from workbench.log_schema.events import NANO
 
 OLD_S = 5.0
-"""Seconds after which a state is told to be old: one comes every second while a session is recorded."""
+"""Seconds after which a state is reported as old: one comes every second while a session is recorded."""
 LOW_BATTERY_PERCENT, LOW_DISK_MB = 30.0, 1000
 """Below these a figure is marked: a run begins with no less of the battery (spot.md)."""
 TAGS_SHOWN = 6

@@ -1,1 +1,1 @@
-"""What one browser sees in the view: the house, beliefs, robots and sensors."""
+"""The view of one browser: the house, beliefs, robots and sensors."""

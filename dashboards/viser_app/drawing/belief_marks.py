@@ -5,20 +5,22 @@ Each kind is one instanced mesh, so that a change of belief is one array; only w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import hypot
+from types import MappingProxyType
 from typing import final
 
 import numpy as np
 import viser
 
-from dashboards.geometry.marks import cross, tick, unopened_marker, unseen_marker
+from dashboards.geometry.marks import Mesh, cross, tick, unopened_marker, unseen_marker
 from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.model.containers.container_style import bar_heights_m, container_colours
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import STATUSES, Scene
-from dashboards.palette import UNOPENED, UNSEEN, linear_rgb
-from workbench.arrays import Bools, Floats, Floats32, Uints8, Uints32
+from dashboards.palette import UNOPENED, UNSEEN, Colour, linear_rgb
+from dashboards.viser_app.drawing.instances import Instances
+from workbench.arrays import Bools, Floats, Uints8
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -28,8 +30,16 @@ CROWDED_M, CROWDED_UP_M = 1.3, 0.4
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 MARK_UP_M = 0.04
-SPECK = 1e-4
-"""The scale of invisible instances; viewers do not accept 0."""
+BAR_WIDE_M, MIN_BAR_M = 0.12, 0.01
+"""Width of the bar over a container; a lower one is not drawn."""
+MARKS: Mapping[str, tuple[Mesh, Colour]] = MappingProxyType(
+    {
+        "cross": (cross(), (84, 92, 104)),
+        "tick": (tick(), (255, 255, 255)),
+        "question": (unseen_marker(), UNSEEN),
+        "unknown": (unopened_marker(), UNOPENED),
+    }
+)
 
 
 @final
@@ -57,17 +67,10 @@ class BeliefMarks:
         """Where numbers stand now."""
         self.number_labels: tuple[tuple[str, tuple[float, float, float]], ...] = ()
         """The same with their words and heights."""
-        up = np.array([0.0, 0.0, MARK_UP_M], dtype=np.float32)
-        self._bars = self._mesh("bars", unit_mesh("cylinder"), self._tops, opacity=0.9)
+        count = len(self._tops)
+        self._bars = Instances(scene, "/belief/bars", unit_mesh("cylinder"), capacity=count, opacity=0.9)
         self._marks = {
-            name: handle
-            for name, mesh, colour in (
-                ("cross", cross(), (84, 92, 104)),
-                ("tick", tick(), (255, 255, 255)),
-                ("question", unseen_marker(), UNSEEN),
-                ("unknown", unopened_marker(), UNOPENED),
-            )
-            if (handle := self._mesh(name, mesh, self._tops + up, colour=colour)) is not None
+            name: Instances(scene, f"/belief/{name}", mesh, capacity=count) for name, (mesh, _) in MARKS.items()
         }
         self._orders = [
             scene.add_label(f"/belief/order/{i}", "", visible=False, anchor="bottom-center", font_screen_scale=1.0)
@@ -87,44 +90,22 @@ class BeliefMarks:
         self._show_orders(scene, height_m, wanted=orders)
 
     def remove(self) -> None:
-        for handle in (*([self._bars] if self._bars is not None else []), *self._marks.values(), *self._orders):
-            handle.remove()
-
-    def _mesh(
-        self,
-        name: str,
-        mesh: tuple[Floats32, Uints32],
-        at: Floats32,
-        *,
-        colour: tuple[int, int, int] | None = None,
-        opacity: float | None = None,
-    ) -> viser.BatchedMeshHandle | None:
-        """One instance for each container, too small to be seen yet; None for a place without containers."""
-        if not len(at):
-            return None
-        return self._scene.add_batched_meshes_simple(
-            f"/belief/{name}",
-            *mesh,
-            np.tile(np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32), (len(at), 1)),
-            at,
-            batched_scales=np.full((len(at), 3), SPECK, dtype=np.float32),
-            batched_colors=linear_rgb(np.array(colour, dtype=np.uint8)) if colour is not None else (90, 200, 255),
-            lod="off",
-            flat_shading=colour is not None,
-            cast_shadow=False,
-            opacity=opacity,
-        )
+        for part in (self._bars, *self._marks.values(), *self._orders):
+            part.remove()
 
     def _show_colours(self, of_owner: Uints8, height_m: Floats) -> None:
-        if self._changed("colours", of_owner):
+        recoloured = self._changed("colours", of_owner)
+        if recoloured:
             for batch, handle in self._furniture:
                 handle.batched_colors = linear_rgb(batch.coloured(of_owner))
-            if self._bars is not None:
-                self._bars.batched_colors = linear_rgb(of_owner)
-        if self._bars is not None and self._changed("bars", height_m):
-            thin = np.where(height_m > 0.01, 0.12, SPECK)
-            self._bars.batched_scales = np.column_stack([thin, thin, np.maximum(height_m, SPECK)]).astype(np.float32)
-            self._bars.batched_positions = (self._tops + np.outer(height_m / 2, [0, 0, 1])).astype(np.float32)
+        if self._changed("bars", height_m) or recoloured:
+            drawn = height_m > MIN_BAR_M
+            tall, wide = height_m[drawn], np.full(int(drawn.sum()), BAR_WIDE_M)
+            self._bars.show(
+                (self._tops[drawn] + np.outer(tall / 2, [0, 0, 1])).astype(np.float32),
+                linear_rgb(of_owner[drawn]),
+                scales=np.column_stack([wide, wide, tall]).astype(np.float32),
+            )
 
     def _show_marks(self, scenes: Sequence[Scene], unopened: Bools) -> None:
         scene = scenes[0]
@@ -137,9 +118,10 @@ class BeliefMarks:
             ("question", unseen),
             ("unknown", unopened & ~unseen),
         ):
-            handle = self._marks.get(name)
-            if handle is not None and self._changed(name, mask):
-                handle.batched_scales = np.where(mask[:, None], 1.0, SPECK).repeat(3, axis=1).astype(np.float32)
+            if self._changed(name, mask):
+                paint = np.tile(np.array(MARKS[name][1], dtype=np.uint8), (int(mask.sum()), 1))
+                up = np.array([0.0, 0.0, MARK_UP_M], dtype=np.float32)
+                self._marks[name].show(self._tops[mask] + up, linear_rgb(paint))
 
     def _show_orders(self, scene: Scene, height_m: Floats, *, wanted: bool) -> None:
         """Numbers over the containers to come; the first also says what it is."""

@@ -15,7 +15,7 @@ import viser
 import viser.transforms
 
 from dashboards.model.scene import RobotState
-from dashboards.sensing.grids import BLOCKED, NEAR, Cells
+from dashboards.sensing.grids import BLOCKED, NEAR, GridCells
 from dashboards.sensing.pictures import Picture, pixels
 from dashboards.sensing.robot_sensors import RobotSensors
 from workbench.arrays import Floats, Floats32, Uints8
@@ -36,7 +36,7 @@ class SensorLayers:
         """ready: called from another thread when a site's points have been gathered."""
         self._client, self._scene = client, client.scene
         self._ready = ready
-        self._senses: RobotSensors | None = None
+        self._robot_sensors: RobotSensors | None = None
         self._gathered: RobotSensors | None = None
         self._gathering = False
         self._lock = Lock()
@@ -44,17 +44,17 @@ class SensorLayers:
         self._site: viser.PointCloudHandle | None = None
         self._site_shown = -1
         self._grid: list[viser.MeshHandle] = []
-        self._grid_shown: Cells | None = None
+        self._grid_shown: GridCells | None = None
 
-    def open(self, senses: RobotSensors | None) -> None:
+    def open(self, robot_sensors: RobotSensors | None) -> None:
         """Switches to other sensors, or none; for a log that has grown, what is shown stays until there is something
         newer."""
-        if senses is self._senses:
+        if robot_sensors is self._robot_sensors:
             return
-        if senses is None or self._senses is None or senses.path != self._senses.path:
+        if robot_sensors is None or self._robot_sensors is None or robot_sensors.path != self._robot_sensors.path:
             self.clear()
         with self._lock:
-            self._senses = senses
+            self._robot_sensors = robot_sensors
             begin = self._pending_sensors() is not None and not self._gathering
             self._gathering = self._gathering or begin
         if begin:
@@ -62,16 +62,16 @@ class SensorLayers:
 
     def show(self, stamp_ns: int, robot: RobotState, *, pictures: bool, points: bool, grid: bool) -> None:
         """Shows a moment."""
-        if self._senses is None:
+        if self._robot_sensors is None:
             return
-        self._show_pictures(self._senses.pictures(stamp_ns) if pictures else (), robot)
+        self._show_pictures(self._robot_sensors.pictures(stamp_ns) if pictures else (), robot)
         self._show_points(self._site_at(stamp_ns) if points else None)
-        self._show_grid(self._senses.grid(stamp_ns) if grid else None)
+        self._show_grid(self._robot_sensors.grid(stamp_ns) if grid else None)
 
     def _site_at(self, stamp_ns: int) -> Floats32 | None:
         """The points of the site, from the newest gathering of this log."""
         gathered = self._gathered
-        same = gathered is not None and self._senses is not None and gathered.path == self._senses.path
+        same = gathered is not None and self._robot_sensors is not None and gathered.path == self._robot_sensors.path
         return gathered.site(stamp_ns) if gathered is not None and same else None
 
     def clear(self) -> None:
@@ -84,19 +84,23 @@ class SensorLayers:
 
     def _pending_sensors(self) -> RobotSensors | None:
         """The sensors whose clouds have not been gathered yet."""
-        senses = self._senses
-        return senses if senses is not None and senses.has_clouds and senses is not self._gathered else None
+        robot_sensors = self._robot_sensors
+        return (
+            robot_sensors
+            if robot_sensors is not None and robot_sensors.has_clouds and robot_sensors is not self._gathered
+            else None
+        )
 
     def _gather(self) -> None:
         """Gathers until nothing is left: another log may have been opened meanwhile."""
         while True:
             with self._lock:
-                senses = self._pending_sensors()
-                self._gathering = senses is not None
-            if senses is None:
+                robot_sensors = self._pending_sensors()
+                self._gathering = robot_sensors is not None
+            if robot_sensors is None:
                 return
-            senses.gather_site()
-            self._gathered = senses
+            robot_sensors.gather_site()
+            self._gathered = robot_sensors
             self._ready()
 
     def _show_pictures(self, pictures: tuple[Picture, ...], robot: RobotState) -> None:
@@ -144,7 +148,7 @@ class SensorLayers:
                 self._site.points, self._site.colors = points.astype(np.float16), _by_height(points)
         self._site.visible = True
 
-    def _show_grid(self, cells: Cells | None) -> None:
+    def _show_grid(self, cells: GridCells | None) -> None:
         if cells is self._grid_shown:
             return
         for handle in self._grid:

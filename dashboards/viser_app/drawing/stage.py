@@ -14,6 +14,10 @@ import viser
 from dashboards.geometry.floors import Floor
 from dashboards.geometry.goal_places import goal_frames
 from dashboards.geometry.house import HouseShape
+from dashboards.geometry.lit.daylight import GROUND, LAMPS, SKY, SKY_INTENSITY
+from dashboards.geometry.lit.glb import Layer, glb
+from dashboards.geometry.lit.lit_mesh import lit_floors, lit_mesh, lit_solids, lit_tops, merged
+from dashboards.geometry.marks import Mesh
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.room_names import PictureView, Point3, label_box, room_name_places
 from dashboards.geometry.solids import Batch, unit_mesh
@@ -21,7 +25,7 @@ from dashboards.geometry.walls import CUT_AWAY_M
 from dashboards.model.containers.item_marks import ItemMarks
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import Scene
-from dashboards.palette import OCCUPIED, Colour, linear_rgb
+from dashboards.palette import GOAL, OCCUPIED, Colour, linear_rgb
 from dashboards.viser_app.drawing.actors import Actors
 from dashboards.viser_app.drawing.belief_marks import BeliefMarks
 from dashboards.viser_app.drawing.item_layer import ItemLayer
@@ -46,7 +50,8 @@ class Stage:
         self._client = client
         self._scene = client.scene
         self._handles: list[viser.SceneNodeHandle] = []
-        self._walls: dict[str, list[viser.BatchedMeshHandle]] = {}
+        self._walls: dict[str, viser.GlbHandle] = {}
+        self._shape: HouseShape | None = None
         self._rooms: list[viser.LabelHandle] = []
         self._floors: tuple[Floor, ...] = ()
         self._named_items: tuple[tuple[str, Point3], ...] = ()
@@ -61,35 +66,35 @@ class Stage:
         scene = self._scene
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
-        scene.add_light_hemisphere(
-            "/light/sky", sky_color=(250, 252, 255), ground_color=(190, 184, 176), intensity=1.9
-        )
-        scene.add_light_directional("/light/sun", color=(255, 246, 232), intensity=1.7, position=(-6.0, -9.0, 14.0))
-        scene.add_light_directional("/light/fill", color=(226, 236, 255), intensity=0.5, position=(9.0, 6.0, 6.0))
+        scene.add_light_hemisphere("/light/sky", sky_color=SKY, ground_color=GROUND, intensity=SKY_INTENSITY)
+        for lamp in LAMPS:
+            scene.add_light_directional(
+                f"/light/{lamp.name}", color=lamp.colour, intensity=lamp.intensity, position=lamp.position
+            )
 
     def show_house(self, place: Place, task: Task, shape: HouseShape) -> None:
         """Replaces what is shown by an empty house, its occupancy grid as a layer, the goal's places framed."""
         self.clear()
+        self._shape = shape
         self._add_occupancy(place.occupancy)
-        self._add_floors(shape)
-        furniture = [(batch, self._batch("/house/furniture", batch)) for batch in shape.furniture]
-        for batch in shape.shadows:
-            self._batch("/house/shadows", batch, opacity=SHADE)
-        self._walls = {
-            "cut": [self._batch("/house/walls/cut", b) for b in shape.cut_walls],
-            "whole": [
-                *(self._batch("/house/walls/whole", b, visible=False) for b in shape.whole_walls),
-                *(self._batch("/house/hung", b, visible=False) for b in shape.hung),
-            ],
-        }
+        self._add_fixed(shape, goal_frames(place, task))
+        self._add_room_names(shape)
+        furniture = [
+            (owned, self._batch("/house/furniture", owned))
+            for batch in shape.furniture
+            if len((owned := batch.where(batch.owner >= 0)).owner)
+        ]
         self._marks = BeliefMarks(self._scene, place.plan, shape.tops_m, furniture)
-        self._items = ItemLayer(self._scene, goal_frames(place, task))
+        self._items = ItemLayer(self._scene)
 
     def show_walls(self, mode: str) -> None:
-        """Cut away, whole, or none."""
-        for name, handles in self._walls.items():
-            for handle in handles:
-                handle.visible = name == mode
+        """Cut away, whole, or none; whole ones are sent when they are first asked for."""
+        if self._shape is None:
+            return
+        if mode == "whole" and mode not in self._walls:
+            self._add_walls(mode, (*self._shape.whole_walls, *self._shape.hung))
+        for name, handle in self._walls.items():
+            handle.visible = name == mode
 
     def show_occupancy(self, visible: bool) -> None:
         if self._occupancy is not None:
@@ -119,13 +124,13 @@ class Stage:
                 if label.visible != (place is not None):
                     label.visible = place is not None
 
-    def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
+    def set_runs(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
         """Creates as many actors as there are runs, in their colours; the first is in focus.
 
         Args:
             here: for each run, whether it is of the place that is shown; others are not drawn.
         """
-        self._actors.cast(colours, names, here)
+        self._actors.set_runs(colours, names, here)
 
     def show(self, scenes: Sequence[Scene], unopened: Bools, *, bars: bool = True, orders: bool = True) -> None:
         """Shows one moment: beliefs and marks of the first scene, robots and paths of all.
@@ -148,14 +153,14 @@ class Stage:
 
     def clear(self) -> None:
         """Removes everything of the house and its runs."""
-        self._actors.cast([], [], [])
+        self._actors.set_runs([], [], [])
         if self._marks is not None:
             self._marks.remove()
         if self._items is not None:
             self._items.remove()
         for handle in self._handles:
             handle.remove()
-        self._handles, self._rooms, self._walls = [], [], {}
+        self._handles, self._rooms, self._walls, self._shape = [], [], {}, None
         self._floors, self._named_items, self._rooms_shown = (), (), None
         self._occupancy, self._marks, self._items = None, None, None
 
@@ -168,17 +173,26 @@ class Stage:
         )
         self._handles.append(self._occupancy)
 
-    def _add_floors(self, shape: HouseShape) -> None:
+    def _add_fixed(self, shape: HouseShape, frames: Sequence[Mesh]) -> None:
+        """All that never changes: what has no container's colour, floors, the shade under furniture, goal frames."""
+        fixed = lit_solids(batch.where(batch.owner < 0) for batch in shape.furniture)
+        framed = [lit_mesh(frame, GOAL) for frame in frames]
+        solid = merged([*framed, fixed, lit_floors(shape.floors)])  # floors last: much of them is hidden by then
+        self._mesh("/house/fixed", Layer(mesh=solid), Layer(mesh=lit_tops(shape.shadows), opacity=SHADE))
+        self._add_walls("cut", shape.cut_walls)
+
+    def _add_walls(self, mode: str, solids: Sequence[Batch]) -> None:
+        if solids:
+            self._walls[mode] = self._mesh(f"/house/walls/{mode}", Layer(mesh=lit_solids(solids)))
+
+    def _mesh(self, name: str, *layers: Layer) -> viser.GlbHandle:
+        handle = self._scene.add_glb(name, glb(layers), cast_shadow=False, receive_shadow=False)
+        self._handles.append(handle)
+        return handle
+
+    def _add_room_names(self, shape: HouseShape) -> None:
         self._floors = tuple(shape.floors)
         for i, floor in enumerate(shape.floors):
-            mesh = self._scene.add_mesh_simple(
-                f"/house/floors/{i}",
-                floor.vertices,
-                floor.faces,
-                color=floor.colour,
-                side="double",
-                cast_shadow=False,
-            )
             label = self._scene.add_label(
                 f"/house/rooms/{i}",
                 label_words(readable_name(floor.kind)),
@@ -187,26 +201,19 @@ class Stage:
                 anchor="center-center",
             )
             self._rooms.append(label)
-            self._handles += [mesh, label]
+            self._handles.append(label)
 
-    def _batch(
-        self, name: str, batch: Batch, *, visible: bool = True, opacity: float | None = None
-    ) -> viser.BatchedMeshHandle:
-        vertices, faces = unit_mesh(batch.shape)
+    def _batch(self, name: str, batch: Batch) -> viser.BatchedMeshHandle:
         handle = self._scene.add_batched_meshes_simple(
             f"{name}/{batch.shape}",
-            vertices,
-            faces,
+            *unit_mesh(batch.shape),
             batched_wxyzs=batch.wxyz(),
             batched_positions=batch.centre,
             batched_scales=batch.size_m,
             batched_colors=linear_rgb(batch.colour),
             lod="off",
-            flat_shading=batch.shape == "box",
             cast_shadow=False,
             receive_shadow=False,
-            visible=visible,
-            opacity=opacity,
         )
         self._handles.append(handle)
         return handle

@@ -92,7 +92,7 @@ class Controls:
         session.watchers.append(self._shown)
         session.choosers.append(self._choose_tab)
         session.settlers.append(self._update_address)
-        session.troubled.append(lambda line: self._set("trouble", error_line(line)))
+        session.error_listeners.append(lambda line: self._set("trouble", error_line(line)))
         session.client.camera.on_update(self._camera_changed)
 
     def _build(self) -> None:
@@ -221,7 +221,7 @@ class Controls:
 
     def _draw(self, name: str, make: Callable[[], Markup]) -> None:
         """Fills a panel; one that cannot be drawn says so, and the others are drawn all the same."""
-        with self._session.trouble.caught(f"the panel {name}", lambda line: self._set(name, error_line(line))):
+        with self._session.view_errors.caught(f"the panel {name}", lambda line: self._set(name, error_line(line))):
             self._set(name, make())
 
     def _opened(self, session: Session) -> None:
@@ -268,7 +268,7 @@ class Controls:
         if self._plotted is None or self._plotted[0] is not session.clock or self._plotted[1] != scene.focus:
             self._plotted = (session.clock, scene.focus)
             self._draw("plots", lambda: plots(session.clock, self._names, scene.focus))
-        with session.trouble.caught("the panel container", lambda line: self._set("container", error_line(line))):
+        with session.view_errors.caught("the panel container", lambda line: self._set("container", error_line(line))):
             self._show_container(session, scene)
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
@@ -293,29 +293,29 @@ class Controls:
     def _not_shown(self) -> int:
         """How many of the logs that can be opened are not on show."""
         library = self._session.library
-        there = sum(not library.awaits(index) for index in range(len(library.paths)))
+        there = sum(not library.is_expected(index) for index in range(len(library.paths)))
         return there - len(self._session.clock.timelines)
 
     def _status(self, stamp_ns: int) -> Markup:
         """How the session of the run in focus goes; empty where its log does not tell."""
-        senses, run = self._session.senses, self._session.clock.timelines[0].run
-        if senses is None or not senses.has_status:
+        robot_sensors, run = self._session.robot_sensors, self._session.clock.timelines[0].run
+        if robot_sensors is None or not robot_sensors.has_status:
             return Markup("")
         live = self._session.state.live and not run.complete
-        return session_status(senses.status(stamp_ns), stamp_ns, live=live, strategy=run.info.strategy)
+        return session_status(robot_sensors.status(stamp_ns), stamp_ns, live=live, strategy=run.info.strategy)
 
     def _show_cameras(self, stamp_ns: int) -> None:
         """The window of pictures: shown only when the run has cameras and the option is on."""
-        senses = self._session.senses
-        wanted = senses is not None and bool(senses.cameras) and self._session.state.pictures
+        robot_sensors = self._session.robot_sensors
+        wanted = robot_sensors is not None and bool(robot_sensors.cameras) and self._session.state.pictures
         if self._camera_panel.visible != wanted:
             self._camera_panel.visible = wanted
-        if senses is not None and wanted:
-            width = CAMERA_PX if len(senses.cameras) == 1 else CAMERAS_PX
+        if robot_sensors is not None and wanted:
+            width = CAMERA_PX if len(robot_sensors.cameras) == 1 else CAMERAS_PX
             if self._camera_px != width:
                 self._camera_px = width
                 self._camera_panel.set_width(width)
-            self._draw("cameras", lambda: cameras(senses.pictures(stamp_ns), stamp_ns))
+            self._draw("cameras", lambda: cameras(robot_sensors.pictures(stamp_ns), stamp_ns))
 
     def _slid(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is not None:
@@ -349,7 +349,7 @@ class Controls:
             if not self._arrived and "initialCameraPosition" not in words:
                 self._session.look()
             self._arrived = True
-            self._session.stir()
+            self._session.mark_unsettled()
         return True
 
     def _camera_changed(self, camera: viser.CameraHandle) -> None:
@@ -358,7 +358,7 @@ class Controls:
         if size != self._size:
             self._size = size
             self._session.camera.refit()
-        self._session.stir()
+        self._session.mark_unsettled()
 
     def _update_address(self, session: Session) -> None:
         """Updates the page's address once the view is stable and the page has sent its own address."""

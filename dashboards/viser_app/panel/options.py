@@ -46,7 +46,7 @@ class Options:
         self._focus = gui.add_dropdown("Item", ITEMS)
         self._focus.on_update(lambda e: self._change(e, focus=self._types.get(self._focus.value, AUTOMATIC)))
         clocks = [str(alignment) for alignment in ALIGNMENTS]
-        self._align = gui.add_dropdown("Clock", clocks, hint="On which clock several runs stand side by side.")
+        self._align = gui.add_dropdown("Clock", clocks, hint="The clock by which several runs are aligned.")
         self._align.on_update(self._realign)
         speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1×")
         speed.on_update(lambda e: self._change(e, speed=float(speed.value.rstrip("×"))))

@@ -33,15 +33,15 @@ class RunsTab:
         self._order = RunsOrder()
         self._sent: dict[str, str] = {}
         with tabs.add_tab("Runs"):
-            hint = "Words that a run must have; also cost<50, cost>50, strategy=lios."
+            hint = "Words that a run must contain; also cost<50, cost>50, strategy=lios."
             self._filter = gui.add_text("Filter", "", hint=hint)
             self._filter.on_update(lambda _: self._turn(page=0))
             self._group = gui.add_dropdown("Group by", (NOT_GROUPED, *GROUPS))
             self._group.on_update(self._regroup)
             self._cells = gui.add_html("")
             self._table = gui.add_html("")
-            self._first = gui.add_dropdown("Across", NONE_YET, hint="A strategy; its cost goes to the right.")
-            self._second = gui.add_dropdown("Up", NONE_YET, hint="Another strategy; its cost goes up.")
+            self._first = gui.add_dropdown("Across", NONE_YET, hint="The strategy on the x axis.")
+            self._second = gui.add_dropdown("Up", NONE_YET, hint="The strategy on the y axis.")
             self._scatter = gui.add_html("")
             if session.library.folder is not None:
                 SelectionView(session, session.library.folder)

@@ -66,12 +66,12 @@ def search(
 ) -> None:
     """Measure search policies: the paper's object-search experiment.
 
-    With -o, each house's results are kept as they come: the same command goes on where a stopped one was.
+    With -o, results are stored house by house, and the same command resumes a stopped evaluation.
 
     Every pair of a house and an item type that it holds is one query: find it and bring it to the start. Greedy and
-    the oracle are always among the policies. Where looks can miss (--miss-rate), every policy goes on until it has
-    found the item, by posterior once all is searched; POLICY@start-over then begins as if it had seen nothing. The
-    oracle's looks never miss.
+    the oracle are always among the policies. Where looks can miss (--miss-rate), every policy continues until it
+    has found the item, using the posterior once everything is searched; POLICY@start-over instead forgets what it
+    has seen. The oracle's looks never miss.
 
     Examples:
 
@@ -142,18 +142,18 @@ def search(
     with (
         trained_per_fold(
             experiment.estimators(),
-            request.dealt,
+            request.fold_split,
             folder,
             progress=lambda them, total: progress(them, title="Training", total=total),
             on=Workforce(workers, scheduler),
-        ) as believers,
+        ) as fold_estimators,
         nullcontext() if folder is None else kept_houses(folder, force=force) as kept,
     ):
         if kept:
-            say(f"Going on where it stopped: {counted(len(kept), 'result')} in {kept.path}.")
+            say(f"Resuming: {counted(len(kept), 'result')} in {kept.path}.")
         report = measure(
             request,
-            believers=believers,
+            fold_estimators=fold_estimators,
             progress=lambda results: progress(results, title="Searching"),
             kept=kept,
         )

@@ -24,7 +24,7 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
     """
     from workbench.errors import Failed
     from workbench.evaluation.search.experiment import policies_named
-    from workbench.evaluation.search.sight_curve import SightSearches, radii_named, seeing_searches, sight_rows
+    from workbench.evaluation.search.sight_curve import SightSearches, radii_named, searches_with_sight, sight_rows
     from workbench.evaluation.search.trials import ORACLE
     from workbench.search.costs import ActionCosts
     from workbench.terminal import progress
@@ -44,7 +44,7 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
         costs=ActionCosts(search=request.search_cost),
         seed=request.seed,
     )
-    made = list(progress(seeing_searches(request.chosen_houses(), settings), title="Searching"))
+    made = list(progress(searches_with_sight(request.chosen_houses(), settings), title="Searching"))
     costs = [cost for result in made for cost in result.costs]
     skipped = [(result.house, result.skipped) for result in made if result.skipped]
     if not costs:

@@ -65,14 +65,14 @@ def tasks(
         Path | None, Option("--output", "-o", help="A folder for the trials and the table; resumable.")
     ] = None,
     dry_run: DryRun = False,
-    force: Annotated[bool, Option("--force", help="Begin again in a folder that holds trials.")] = False,
+    force: Annotated[bool, Option("--force", help="Start over in a folder that holds trials.")] = False,
     json: Json = False,
 ) -> None:
     """Measure strategies on tasks: the paper's table of five scenarios.
 
     All strategies, the oracle among them, run the same trials. To resume a stopped evaluation, give the same
-    command again; costs do not depend on the number of workers. With --miss-rate, looks miss items, by the same draws
-    for every strategy, and strategies go on until what must exist is found; the oracle's looks never miss.
+    command again; costs do not depend on the number of workers. With --miss-rate, looks miss items, with the same
+    draws for every strategy, and strategies continue until what must exist is found; the oracle's looks never miss.
 
     Examples:
 
@@ -123,7 +123,7 @@ def tasks(
     meant = cell_filter(cells)
     chosen = [(s, n) for s in request.scenarios for n in request.strategies if meant(s, n)]
     if not chosen:
-        raise BadValue("-k", cells, "met by at least one cell; --dry-run without -k lists them")
+        raise BadValue("-k", cells, "an expression that selects a cell; --dry-run without -k lists the cells")
     request.require_estimators()
     if memory or rates is not None:
         from recorders.commands.evaluate.memory_tables import show_tasks
@@ -133,15 +133,15 @@ def tasks(
             raise BadValue("--memory", memory, given)
         show_tasks(request, rates, output, force=force, json=json)
         return
-    dealt = request.dealt()
-    planned = experiment.plan_trials(request, dealt)
+    fold_split = request.fold_split()
+    planned = experiment.plan_trials(request, fold_split)
     _say_refused(planned)
     if dry_run:
         _show_cells(chosen, planned, json=json)
         return
     if not planned.keys:
         raise experiment.NoHouse(request)
-    how = _How(meant, dealt, output, workers, scheduler, record)
+    how = _TrialOptions(meant, fold_split, output, workers, scheduler, record)
     with TrialStore(output, request, force=force) if output else nullcontext() as store:
         rows = _run(request, planned, store, how)
     answer = answer_of(request, planned, experiment.wanted_rows(request, planned.keys, rows, meant))
@@ -150,20 +150,20 @@ def tasks(
     emit_json(answer) if json else _show(answer, output)
 
 
-class _How(NamedTuple):
+class _TrialOptions(NamedTuple):
     """How the trials are run."""
 
     meant: CellFilter
-    dealt: FoldSplit | None
+    fold_split: FoldSplit | None
     output: Path | None
     workers: int
     scheduler: str
     record: bool
 
 
-def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
+def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _TrialOptions) -> list[TaskRow]:
     """Run the missing trials; returns all rows."""
-    from recorders.task_trials import RecordTo
+    from recorders.task_trials import TrialRecorder
     from workbench.evaluation.beliefs.fold_training import trained_per_fold
     from workbench.evaluation.cluster import Workforce
     from workbench.evaluation.tasks import experiment
@@ -171,17 +171,17 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Ho
     from workbench.terminal import progress, say
 
     done = list(store.rows) if store else []
-    tap = RecordTo(folder=how.output / "logs") if how.record and how.output else None
+    tap = TrialRecorder(folder=how.output / "logs") if how.record and how.output else None
     if tap:
         done = [row for row in done if tap.log_of(row).exists()]
     with trained_per_fold(
         request.estimators(),
-        how.dealt,
+        how.fold_split,
         how.output,
         progress=lambda trained, total: progress(trained, title="Training", total=total),
         on=Workforce(how.workers, how.scheduler),
-    ) as believers:
-        units = experiment.remaining_units(request, planned.keys, done, tap, how.meant, believers)
+    ) as fold_estimators:
+        units = experiment.remaining_units(request, planned.keys, done, tap, how.meant, fold_estimators)
         if done:
             say(f"{len(done)} runs are done already; {sum(len(u.strategies) for u in units)} are left.")
         results = run_units(units, workers=how.workers, scheduler=how.scheduler)

@@ -23,10 +23,10 @@ ImagesHz = Annotated[float, Option("--images-hz", help="Pictures per second and 
 Cameras = Annotated[str, Option("--cameras", help="Image sources, comma-separated.")]
 TakeLease = Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")]
 OwnEstop = Annotated[
-    bool, Option("--own-estop", help="Guard the run by our own e-stop endpoint, instead of the tablet's.")
+    bool, Option("--own-estop", help="Guard the run with our own e-stop endpoint instead of the tablet's.")
 ]
 FurnitureOpen = Annotated[
-    bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before the run.")
+    bool, Option("--furniture-open", help="Assert that all closed furniture was opened before the run.")
 ]
 ContinueAfterOutage = Annotated[
     bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")
@@ -34,6 +34,8 @@ ContinueAfterOutage = Annotated[
 DryRun = Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")]
 
 LOOK_S, IMAGES_HZ = 6.0, 2.0
+MAX_SPEED_MPS = 1.6
+"""Spot's own speed limit."""
 FRONT_CAMERAS = "frontleft_fisheye_image,frontright_fisheye_image"
 
 
@@ -43,6 +45,23 @@ def check_within(option: str, value: float, minimum: float, maximum: float) -> N
 
     if not minimum <= value <= maximum:
         raise BadValue(option, value, f"between {minimum:g} and {maximum:g}")
+
+
+def check_run(output: Path, *, replaces: bool, speed: float | None, look: float, images_hz: float) -> None:
+    """Check the options that `lios spot run` and `lios spot resume` share, before the robot is called.
+
+    Raises:
+        OutputExists: the output is there and is not to be replaced.
+        BadValue: a speed, duration or rate out of its range.
+    """
+    from workbench.errors import BadValue, OutputExists
+
+    if output.exists() and not replaces:
+        raise OutputExists(output)
+    if speed is not None and not 0 < speed <= MAX_SPEED_MPS:
+        raise BadValue("--speed", speed, f"more than 0 and at most {MAX_SPEED_MPS} m/s, Spot's own limit")
+    check_within("--look", look, 0.1, 600)
+    check_within("--images-hz", images_hz, 0, 60)
 
 
 def camera_names(text: str) -> tuple[str, ...]:

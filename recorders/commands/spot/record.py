@@ -43,7 +43,7 @@ def record(
         Option("--keep-last", help="Keep only the last seconds, in memory; key w writes them, and so does the end."),
     ] = None,
     furniture_open: Annotated[
-        bool, Option("--furniture-open", help="Confirm that all closed furniture was opened before.")
+        bool, Option("--furniture-open", help="Assert that all closed furniture was opened before the session.")
     ] = False,
     serve: ServePort = None,
     operator: OperatorName = "",
@@ -54,9 +54,9 @@ def record(
 ) -> None:
     """Record a Spot session: state, odometry, localisation, tags, pictures, local grid, faults, battery.
 
-    Takes no lease and never delays the robot. Keys: n opens a line for a note, m marks the moment, o says
-    that the furniture at hand was opened (else a closed container in which nothing is seen is not logged); d ends the
-    session as done, f as failed, q and Ctrl-C by whether the goal is met. User name and password come from
+    Takes no lease and never delays the robot. Keys: n opens a line for a note, m marks the moment, o says that the
+    container at hand was opened (otherwise a closed container in which nothing is seen is not logged); d ends the
+    session as done, f as failed, q and Ctrl-C according to whether the goal is met. User name and password come from
     BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD or a prompt.
 
     Examples:

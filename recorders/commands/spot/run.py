@@ -25,13 +25,13 @@ from recorders.commands.spot.options import (
     SpeedLimit,
     TakeLease,
     camera_names,
-    check_within,
+    check_run,
 )
 from workbench.options import Force, Json, MemoryLogs, MoveRatesFile, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from recorders.spot.client.connection import Connection
+    from recorders.spot.client.connection import Connection, RobotAddress
     from recorders.spot.run.run import RobotRun, RunReport
     from workbench.execution.setup import RunSetup
 
@@ -85,25 +85,17 @@ def run(
 
     require_bosdyn()
     from recorders.earlier_runs import memory_now
-    from recorders.sinks.mirrored import watched
-    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
-    from recorders.spot.run.run import RobotRun, setup_of
+    from recorders.spot.client.connection import RobotAddress
+    from recorders.spot.run.run import RobotRun
     from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import delivery_of, site_task
     from recorders.spot.session.session import Rates
     from recorders.spot.tags.pictures import require_detector
-    from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site
 
-    if output.exists() and not force and not dry_run:
-        raise OutputExists(output)
-    if speed is not None and not 0 < speed <= 1.6:
-        raise BadValue("--speed", speed, "more than 0 and at most 1.6 m/s, Spot's own limit")
-    check_within("--look", look, 0.1, 600)
-    check_within("--images-hz", images_hz, 0, 60)
-    place = load_site(site)
+    check_run(output, replaces=force or dry_run, speed=speed, look=look, images_hz=images_hz)
+    place, address = load_site(site), RobotAddress.read(robot)
     require_detector(place)
-    address = RobotAddress.read(robot)
     wanted = RobotRun(
         site=place,
         task=site_task(task or delivery_of(place), place),
@@ -119,15 +111,35 @@ def run(
         log_serial=serial,
         memory=memory_now(memory, rates, place.plan),
     )
+    report = connect_and_run(
+        wanted, address, output, certificate=certificate, serve=serve, force=force, dry_run=dry_run
+    )
+    if report is not None:
+        print_report(report, output, as_json=json)
+
+
+def connect_and_run(
+    wanted: RobotRun,
+    address: RobotAddress,
+    output: Path,
+    *,
+    certificate: Path | None,
+    serve: int | None,
+    force: bool,
+    dry_run: bool,
+) -> RunReport | None:
+    """Connect to the robot and run, or print the first plan only; the report of the run, if there was one."""
+    from recorders.sinks.mirrored import watched
+    from recorders.spot.client.connection import Connection, find_credentials, talking_to
+    from recorders.spot.run.run import setup_of
+
     ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
             print_plan(connection, wanted, ready)
-            return
+            return None
         with watched(output.name, serve) as audience:
-            watched_run = replace(wanted, audience=audience)
-            report = run_by_keys(connection, watched_run, ready, output, force=force)
-    print_report(report, output, as_json=json)
+            return run_by_keys(connection, replace(wanted, audience=audience), ready, output, force=force)
 
 
 def print_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:

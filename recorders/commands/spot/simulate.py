@@ -36,11 +36,11 @@ def simulate(
         float | None,
         Option(
             "--miss-rate",
-            help="What its detector misses from nearby and straight ahead; farther away and aslant it misses more, "
-            "by the seed, and from one viewpoint always the same. Default: nothing that is in view.",
+            help="Probability that its detector misses a tag from nearby and straight ahead (more with distance and "
+            "angle; fixed for each viewpoint by the seed); default: 0.",
         ),
     ] = None,
-    seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise and of what is missed.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise and of missed tags.")] = 0,
     for_s: Annotated[float | None, Option("--for", help="Stop after this many seconds.")] = None,
 ) -> None:
     """Simulate a Spot in a site; the official client connects to it as to a real robot.

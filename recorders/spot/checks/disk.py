@@ -7,7 +7,7 @@ from pathlib import Path
 
 from recorders.spot.checks.findings import Finding, fine, forbids, warning
 
-ENOUGH_MINUTES, MIN_MINUTES = 60.0, 10.0
+WARNING_MINUTES, MIN_MINUTES = 60.0, 10.0
 """Minutes of recording below which the disk is worth a warning, and below which it forbids a run."""
 
 
@@ -26,4 +26,4 @@ def disk_finding(output: Path, bytes_per_s: float) -> Finding:
     text = f"{free / 1e9:.1f} GB free, about {min(minutes, 99_999):.0f} min at {bytes_per_s / 1e6:.2f} MB/s"
     if minutes < MIN_MINUTES:
         return forbids("disk", f"{text}: make room, or use fewer cameras")
-    return (warning if minutes < ENOUGH_MINUTES else fine)("disk", text)
+    return (warning if minutes < WARNING_MINUTES else fine)("disk", text)

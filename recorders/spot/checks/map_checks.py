@@ -66,9 +66,7 @@ def _fiducials(graph: map_pb2.Graph, site: Site, snapshots: Iterable[map_pb2.Way
     both = sorted(known & set(site.tags))
     if both:
         what = ", ".join(f"{tag} ({site.tags[tag].id})" for tag in both[:6])
-        return [
-            forbids("fiducials", f"the site's items and the map use the same tags: {what}. Number the items anew")
-        ]
+        return [forbids("fiducials", f"the site's items and the map use the same tags: {what}. Renumber the items")]
     if not known:
         return [warning("fiducials", "the map names none, so it is not known whether tags of items are among them")]
     return [fine("fiducials", f"{counted(len(known), 'tag')} of the map, none of them an item's")]

@@ -20,9 +20,9 @@ from recorders.spot.client.battery import START_PERCENT, charge_percent, left_mi
 from recorders.spot.client.clock import SyncedClock
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.client.identity import MAP_TIMEOUT_S
-from recorders.spot.client.localized import is_localized
+from recorders.spot.client.localization import is_localized
 from recorders.spot.client.services import missing_services, services_of_a_run
-from recorders.spot.client.software import OLDEST, SoftwareVersion, client_version
+from recorders.spot.client.software import MIN_SOFTWARE, SoftwareVersion, client_version
 from workbench.log_schema.events import NANO
 from workbench.tolerances import TINY
 from workbench.worlds.sites.site import Site
@@ -56,7 +56,7 @@ class CheckPlan:
 def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> list[Finding]:
     """All findings about a robot and about the disk of the log `output`; the robot is asked only, nothing is changed.
 
-    A service that does not answer is a finding of its own, so that one missing service hides no other.
+    A service that does not answer is a separate finding, so that one missing service hides no other.
     """
     parts: tuple[tuple[str, Callable[[Connection, CheckPlan], list[Finding]], bool], ...] = (
         ("robot", _identity, False),
@@ -80,7 +80,7 @@ def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> lis
             found += look(connection, plan)
         except ROBOT_ERRORS as error:
             said = forbids if needed else warning
-            found.append(said(subject, f"the robot does not tell ({reason_of(error)})"))
+            found.append(said(subject, f"the robot does not say ({reason_of(error)})"))
     return found
 
 
@@ -101,8 +101,8 @@ def _identity(connection: Connection, plan: CheckPlan) -> list[Finding]:
     has, ours = SoftwareVersion.of(robot_id), client_version()
     name = f"{robot_id.nickname or 'no nickname'}, serial {robot_id.serial_number}"
     software = f"robot {has}, client {ours}"
-    if has < OLDEST:
-        said = warning("software", f"{software}: not tested with robots below {OLDEST}")
+    if has < MIN_SOFTWARE:
+        said = warning("software", f"{software}: not tested with robots below {MIN_SOFTWARE}")
     elif has.major > int(ours.split(".")[0]):
         said = warning("software", f"{software}: the client is older; update bosdyn-client")
     else:

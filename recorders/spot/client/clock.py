@@ -118,7 +118,7 @@ class SyncedClock:
 
 
 @final
-class Stepped:
+class SteppedSessionClock:
     """Stepped time shared with the simulated robot: it advances only while waiting.
 
     `on_step` is called at every step, where the session samples its sensors.

@@ -27,7 +27,7 @@ from bosdyn.client.lease import Error as LeaseClientError
 from bosdyn.client.robot import UnregisteredServiceError, UnregisteredServiceNameError
 from bosdyn.client.time_sync import TimeSyncError, TimeSyncThread
 
-from recorders.spot.client.clock import SessionClock, Stepped, SyncedClock
+from recorders.spot.client.clock import SessionClock, SteppedSessionClock, SyncedClock
 from recorders.spot.client.errors import BadLogin, LockedOut, NoTimeSync, RobotUnreachable, ServiceMissing
 from recorders.spot.client.software import SoftwareVersion, fit_to
 from recorders.spot.client.time_source import SteppedClock
@@ -198,7 +198,7 @@ class Connection:
             raise self.as_line(error) from error
         except (TimeSyncError, RpcError) as error:
             raise NoTimeSync(str(self.address)) from error
-        return SyncedClock(thread) if stepped is None else Stepped(stepped, thread.endpoint)
+        return SyncedClock(thread) if stepped is None else SteppedSessionClock(stepped, thread.endpoint)
 
 
 def _check_certificate(path: Path) -> None:

@@ -26,7 +26,7 @@ from bosdyn.client.lease import (
 from bosdyn.client.robot_command import RobotCommandBuilder
 
 from recorders.spot.client.battery import START_PERCENT, charge_percent
-from recorders.spot.client.clock import Stepped
+from recorders.spot.client.clock import SteppedSessionClock
 from recorders.spot.client.connection import NOT_ON_THIS_ROBOT, ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.client.docking import DockOutcome, docked_at, undock
 from recorders.spot.client.errors import Estopped, LeaseTaken, NoEstop, NotReady
@@ -183,7 +183,7 @@ class Control:
             return
         if guards:
             log.warning("--own-estop replaces the e-stop of %s", guards)
-        stepped = isinstance(self._connection.clock, Stepped)
+        stepped = isinstance(self._connection.clock, SteppedSessionClock)
         silent_s = STEPPED_ESTOP_TIMEOUT_S if stepped else ESTOP_TIMEOUT_S
         endpoint = EstopEndpoint(client, ESTOP_NAME, silent_s)
         try:

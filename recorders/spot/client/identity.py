@@ -42,7 +42,7 @@ MAP_TIMEOUT_S = 60.0
 def robot_metadata(connection: Connection, *, operator: str = "", serial: bool = True) -> dict[str, str]:
     """Which robot it is, for a log: nickname, software, map's hash, payloads, operator, and the serial number.
 
-    What the robot does not tell is left out.
+    What the robot does not report is left out.
 
     Args:
         serial: whether the serial number and the nickname, which name one robot, are given.

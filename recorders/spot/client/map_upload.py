@@ -113,7 +113,7 @@ def _read_snapshots(
     edge_ids = sorted({edge.snapshot_id for edge in graph.edges if edge.snapshot_id})
     for name in (*waypoint_ids, *edge_ids):
         if name in (".", "..") or any(mark in name for mark in ("/", "\\", "\0")):
-            raise MalformedFile(folder / "graph", f"the snapshot id {name!r} is no file name", MAP_FOLDER)
+            raise MalformedFile(folder / "graph", f"the snapshot id {name!r} is not a file name", MAP_FOLDER)
     snapshots = {i: _read(map_pb2.WaypointSnapshot(), folder / "waypoint_snapshots" / i) for i in waypoint_ids}
     return snapshots, {i: _read(map_pb2.EdgeSnapshot(), folder / "edge_snapshots" / i) for i in edge_ids}
 

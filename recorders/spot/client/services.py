@@ -1,4 +1,4 @@
-"""Which services a run or a recording needs of a robot, and which of them its software lacks."""
+"""The robot services that a run or a recording needs, and which of them its software lacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The version of a robot's software, and what this client does otherwise with an older one."""
+"""The version of a robot's software, and how this client adapts to older ones."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ class SoftwareVersion(NamedTuple):
         if len(parts) > 3 or not all(part.isascii() and part.isdigit() and len(part) < 6 for part in parts):
             raise BadValue(where, text, "a release such as 4.1.1")
         read = cls(*(int(part) for part in parts))
-        if read < OLDEST:
-            raise BadValue(where, text, f"{OLDEST} or later")
+        if read < MIN_SOFTWARE:
+            raise BadValue(where, text, f"{MIN_SOFTWARE} or later")
         return read
 
     def __str__(self) -> str:
         return f"{self.major}.{self.minor}.{self.patch}"
 
 
-OLDEST = SoftwareVersion(3)
+MIN_SOFTWARE = SoftwareVersion(3)
 """The oldest release whose services and fields the client knows."""
 GRAPH_STREAMING_SINCE = SoftwareVersion(4, 1)
 """Since this release a graph goes up and down in a stream (UploadGraphStreaming, DownloadGraphStreaming in

@@ -11,7 +11,7 @@ from bosdyn.client.exceptions import ResponseError
 from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
 
 from recorders.spot.client.frame_trees import tform
-from recorders.spot.client.localized import Localization
+from recorders.spot.client.localization import Localization
 from workbench.log_schema.events import NANO
 
 if TYPE_CHECKING:

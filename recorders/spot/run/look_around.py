@@ -1,4 +1,4 @@
-"""Where items are seen during a look."""
+"""The places of items seen during a look."""
 
 from __future__ import annotations
 

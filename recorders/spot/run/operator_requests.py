@@ -1,4 +1,4 @@
-"""What the operator of a run wants by key while the robot is on its way: pause, go on, skip, it is there."""
+"""Requests by key from the operator of a run while the robot moves: pause, go on, skip, item seen."""
 
 from __future__ import annotations
 

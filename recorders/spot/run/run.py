@@ -9,8 +9,8 @@ from pathlib import Path
 
 from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
-from recorders.sinks.mirrored import Audience
-from recorders.spot.client.clock import Stepped
+from recorders.sinks.mirrored import ViewerFeed
+from recorders.spot.client.clock import SteppedSessionClock
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.control import Control
 from recorders.spot.client.docking import DockOutcome, dock
@@ -22,8 +22,8 @@ from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.event_text import NextStep
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
 from recorders.spot.run.operator_requests import RunKeys
+from recorders.spot.run.resumed_knowledge import ResumedKnowledge, look_where_items_were_put, settings_of
 from recorders.spot.run.run_settings import RunSettings
-from recorders.spot.run.taken_over import TakenOver, look_where_items_were_put, settings_of
 from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
@@ -78,8 +78,8 @@ class RobotRun:
     title: str = ""
     operator_name: str = ""
     log_serial: bool = True
-    earlier: TakenOver | None = None
-    audience: Audience | None = None
+    earlier: ResumedKnowledge | None = None
+    audience: ViewerFeed | None = None
     show_status: Callable[[SessionStatus], None] | None = None
     memory: Memory | None = None
 
@@ -140,7 +140,7 @@ def run_and_record(
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             world.tell = session.words
             recorder.sink.describe(ROBOT_METADATA, robot)
-            world.recording_trouble = lambda: recorder.trouble
+            world.recording_stop_reason = lambda: recorder.stop_reason
             session.show_status = run.show_status
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = RunKeys(world.requests, _sought(run), session.note).press
@@ -164,7 +164,7 @@ def run_and_record(
 def _recorder(
     connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, found: dict[str, object], force: bool
 ) -> RunRecorder:
-    stepped = isinstance(connection.clock, Stepped)
+    stepped = isinstance(connection.clock, SteppedSessionClock)
     return RunRecorder(
         output,
         info=_info(connection, run, setup),
@@ -263,7 +263,7 @@ def _record_events(
             if hear is not None:
                 hear(event)
 
-    if isinstance(clock, Stepped):
+    if isinstance(clock, SteppedSessionClock):
         clock.on_step = session.tick
         try:
             take()

@@ -15,7 +15,7 @@ from recorders.spot.session.live_status import status_words
 from recorders.spot.session.topics import SessionStatus
 
 UNKNOWN_COLUMNS = 80
-"""The width of a terminal that does not tell it."""
+"""The width assumed if the terminal does not report it."""
 CLEAR_LINE = "\r\x1b[2K"
 
 

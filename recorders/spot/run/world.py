@@ -23,7 +23,7 @@ from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import NoMap, RunStopped, WaypointMissing
 from recorders.spot.client.graph_nav_map import waypoint_ids
-from recorders.spot.client.localized import Localization, is_localized
+from recorders.spot.client.localization import Localization, is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
 from recorders.spot.run.localize import localize_by_fiducial
@@ -36,7 +36,7 @@ from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.session.foxglove import map_from_odom
 from recorders.spot.tags.detections import TagSighting, place_on_map, robot_detections
 from recorders.spot.tags.item_places import ItemPlaces
-from recorders.spot.tags.pictures import counted, picture_detections, tag_sizes
+from recorders.spot.tags.pictures import picture_detections, relevant_detections, tag_sizes
 from workbench.errors import LiosError
 from workbench.log_schema.events import NANO
 from workbench.message_enum import Result
@@ -85,7 +85,7 @@ class SpotWorld:
     known: Contents = field(default_factory=lambda: MappingProxyType({}))
     tell: Callable[[str], None] = field(default=lambda _text: None)
     localized: Localization | None = None
-    recording_trouble: Callable[[], LiosError | None] = field(default=lambda: None)
+    recording_stop_reason: Callable[[], LiosError | None] = field(default=lambda: None)
     ending: bool = False
     _power_checked_ns: int = 0
     opened_by: dict[LocationId, str] = field(default_factory=dict)
@@ -245,7 +245,7 @@ class SpotWorld:
             return None
         body = on_map(self.site, state.localization.seed_tform_body)
         odom = map_from_odom(body, state.robot_kinematics.transforms_snapshot)
-        return None if odom is None else place_on_map(counted(self.site, (*found, *ours)), odom)
+        return None if odom is None else place_on_map(relevant_detections(self.site, (*found, *ours)), odom)
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """The body pose on the map; None if the robot is not localised."""
@@ -264,9 +264,9 @@ class SpotWorld:
         if self.control.lease_lost.is_set():
             raise RunStopped(LEASE_LOST)
         if not self.ending:
-            trouble = self.recording_trouble()
-            if trouble is not None:
-                raise RunStopped(f"recording stopped: {trouble}")
+            stop_reason = self.recording_stop_reason()
+            if stop_reason is not None:
+                raise RunStopped(f"recording stopped: {stop_reason}")
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
         """Call the robot, retrying while the network is down.
@@ -283,7 +283,7 @@ class SpotWorld:
                 raise RunStopped(LEASE_LOST) from error
             except UnauthenticatedError as error:
                 if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
-                    raise RunStopped("the robot takes none of our tokens, although it gave them") from error
+                    raise RunStopped("the robot rejects the login tokens that it issued") from error
                 self.connection.log_in_again()
                 self.wait(self.settings.poll_s)
             except ResponseError:

@@ -13,14 +13,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from math import hypot
 from types import MappingProxyType
-from typing import Protocol, final
+from typing import final
 
 from recorders.spot.client.odometer import WalkLog
+from recorders.spot.session.look_findings import InconclusiveLook, LookFinding, LookJudge
 from recorders.spot.tags.item_places import MARGIN_M, ItemPlaces, Position
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
 from workbench.execution.goal_check import is_met
 from workbench.log_schema.events import NANO
-from workbench.message_enum import MessageEnum, Result
 from workbench.planning.plans import PlanStep
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
@@ -37,33 +37,6 @@ DWELL_S, LOOK_S = 2.0, 4.0
 """Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
 MAX_SIGHTINGS = 1000
 """Of each item, the sightings of one stay that are kept."""
-
-
-class LookFinding(MessageEnum):
-    """Whether what was recorded supports a look, and if not, why the look is inconclusive."""
-
-    SUPPORTED = ""
-    NOTHING_DETECTS = "nothing in the bag detects tags"
-    ROBOT_ELSEWHERE = "the robot was localised elsewhere"
-    NOT_PLACED = "detections could not be placed: {reason}"
-    FRAME_APART = "tags are detected in {frame}, which does not lead to {map_frame}"
-    MAY_BE_SHUT = "it is closed furniture, nothing was seen in it, and nobody said that it was opened"
-
-
-class LookJudge(Protocol):
-    """Judges whether a look is supported by what was recorded."""
-
-    def judge(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> Result[LookFinding]: ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InconclusiveLook:
-    """A look that counts as not looked, because the recording does not support what it seems to have seen."""
-
-    container: ContainerId
-    start_ns: int
-    end_ns: int
-    reason: str
 
 
 @final
@@ -102,6 +75,8 @@ class ActionDeriver:
     _tags_here: dict[ItemId, deque[tuple[int, Position]]] = field(default_factory=dict)
     _places: ItemPlaces = field(init=False)
     _holds: bool = False
+    _unknown_from: tuple[LocationId, int] | None = None
+    _unknown_put: set[LocationId] = field(default_factory=set[LocationId])
     _doubted_on: tuple[LocationId, int] | None = None
     _opened_on: tuple[LocationId, int] | None = None
     _carried: set[ItemId] = field(default_factory=set)
@@ -157,7 +132,7 @@ class ActionDeriver:
                 return
             self._holds = holds
             if holds:
-                self.picked(stamp_ns, stamp_ns, self._nearest_known())
+                self.picked(stamp_ns, stamp_ns)
             else:
                 self.placed(stamp_ns, stamp_ns)
 
@@ -176,14 +151,25 @@ class ActionDeriver:
                 self.knowledge = self.knowledge.moved(target)
                 self._still_ns, self.visits = end_ns, self.visits + 1
 
-    def picked(self, start_ns: int, end_ns: int, item: Item | None) -> None:
-        """Report a pick at the current location."""
+    def picked(self, start_ns: int, end_ns: int) -> None:
+        """Report a pick at the current location, of the nearest known item.
+
+        Where no look counts, it is of the nearest item whose tag was seen here. If there is none, nobody knows what
+        the robot carries now, and what is seen where it puts that down may be it.
+        """
         with self._lock:
             self._look_is_over(end_ns)
-            here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
-            if item is None or item not in here or self.knowledge.holding is not None:
+            self._arrive_at_hand()
+            if self.knowledge.holding is not None:
                 return
-            at = self.knowledge.robot_at
+            at, here = self.knowledge.robot_at, self.knowledge.items_at.get(self.knowledge.robot_at, ())
+            item = self._nearest_of(here)
+            if item is None and (item := self._seen_without_look()) is None:
+                self._unknown_from = (at, self.visits)
+                return
+            if item not in here:
+                there = {**self.knowledge.items_at, at: (*here, item)}
+                self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
             step = PlanStep(action="pick", origin=at, target=at, item_types=(item.type,), items=(item.id,))
             self._act(step, start_ns, end_ns, cost=self.costs.manipulation)
             self.knowledge = self.knowledge.picked(item)
@@ -194,8 +180,12 @@ class ActionDeriver:
         """Report a place at the current location."""
         with self._lock:
             self._look_is_over(start_ns)
+            self._arrive_at_hand()
             held, at = self.knowledge.holding, self.knowledge.robot_at
             if held is None:
+                if self._unknown_from not in (None, (at, self.visits)):  # not a door's handle that was let go
+                    self._unknown_put.add(at)
+                self._unknown_from = None
                 return
             step = PlanStep(action="place", origin=at, target=at, item_types=(held.type,), items=(held.id,))
             self._act(step, start_ns, end_ns, cost=self.costs.manipulation)
@@ -226,6 +216,11 @@ class ActionDeriver:
             return ended
 
     @property
+    def hand_full(self) -> bool:
+        """Whether the gripper holds something, known or not."""
+        return self._holds
+
+    @property
     def walked_m(self) -> float:
         """Length in metres of the whole way, also of what led to no location."""
         return self.travel_m + self._walk.metres
@@ -246,6 +241,11 @@ class ActionDeriver:
         began = self._left_ns or self._first_ns
         self._act(step, began, self._still_ns, cost=self._walk.metres, walked=True)
         self.knowledge, self.visits = self.knowledge.moved(location), self.visits + 1
+
+    def _arrive_at_hand(self) -> None:
+        """Arrive where the robot is, without the usual dwell: it uses its hand there."""
+        if not self.given_moves and self._still_at is not None:
+            self._arrive(self._nearest(self._still_at))
 
     def _look_is_over(self, now_ns: int) -> None:
         """Finish a look: after standing at a container long enough, the items seen in it are its contents."""
@@ -288,6 +288,8 @@ class ActionDeriver:
             found = self.judge.judge(visit[0], self._still_ns, now_ns, robot)
         if found.kind is LookFinding.SUPPORTED and self._may_be_shut(container):
             found = LookFinding.MAY_BE_SHUT.result()
+        if found.kind is LookFinding.SUPPORTED and self._may_be_carried(container):
+            found = LookFinding.MAY_BE_CARRIED.result()
         if found.kind is LookFinding.SUPPORTED:
             return False
         self._doubted_on = visit
@@ -295,6 +297,11 @@ class ActionDeriver:
             InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=found.message)
         )
         return True
+
+    def _may_be_carried(self, container: Container) -> bool:
+        at, came_from = self.knowledge.robot_at, self._unknown_from
+        unknown = came_from not in (None, (at, self.visits)) or at in self._unknown_put
+        return unknown and any(self._items_in(container, since_ns=self._still_ns))
 
     def _may_be_shut(self, container: Container) -> bool:
         closed = any(entry.closed for entry in self.site.file.containers if entry.id == container.id)
@@ -333,9 +340,18 @@ class ActionDeriver:
         best = min(away, default=None)
         return best[1] if best is not None and best[0] <= ARRIVAL_RADIUS_M else None
 
-    def _nearest_known(self) -> Item | None:
-        """The known item at the current location whose tag is nearest to the robot."""
-        here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
+    def _seen_without_look(self) -> Item | None:
+        """The nearest item whose tag was seen in the container at hand, of which no look counts; None if it may have
+        been put there by the robot."""
+        at = self.knowledge.robot_at
+        if at == START or at in self.knowledge.first_seen or at in self._unknown_put:
+            return None
+        return self._nearest_of(
+            tuple(self._items_in(self.site.plan.container(ContainerId(at)), since_ns=self._still_ns))
+        )
+
+    def _nearest_of(self, here: tuple[Item, ...]) -> Item | None:
+        """The item whose tag was seen last nearest to the robot."""
         if self._still_at is None or not here:
             return None
         x, y = self._still_at

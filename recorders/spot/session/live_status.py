@@ -14,7 +14,7 @@ from workbench.log_schema.events import NANO, Stamp
 TAGS_NOW_NS = 2 * NANO
 """A tag is seen now if it was detected within this time."""
 SILENT_S = 1.0
-"""Seconds without an answer of the robot from which the link is told to be down."""
+"""Seconds without an answer of the robot from which the link is reported as down."""
 TAGS_SHOWN = 3
 
 

@@ -16,10 +16,10 @@ from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.foxglove.scene import MAP_FRAME, ODOM_FRAME
 from recorders.spot.client.battery import charge_percent
-from recorders.spot.client.clock import Stepped, SyncedClock
+from recorders.spot.client.clock import SteppedSessionClock, SyncedClock
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.frame_trees import tform
-from recorders.spot.client.localized import is_localized
+from recorders.spot.client.localization import is_localized
 from recorders.spot.client.seed_frame import on_map
 from recorders.spot.session import foxglove
 from recorders.spot.session.tag_messages import detected
@@ -36,9 +36,9 @@ from recorders.spot.session.topics import (
 )
 from recorders.spot.tags.detections import TagDetection, place_on_map, robot_detections
 from recorders.spot.tags.pictures import (
-    counted,
     detector_cameras,
     picture_detections,
+    relevant_detections,
     require_detector,
     tag_sizes,
 )
@@ -89,7 +89,11 @@ def sensor_streams(session: Session) -> tuple[SensorStream, ...]:
         ("grid", rates.grid_hz, lambda: _grid(session)),
         ("clock", rates.clock_hz, lambda: _clock(session)),
         # with stepped time nobody watches, and the room on a disk would make two equal runs differ
-        ("status", 0.0 if isinstance(session.connection.clock, Stepped) else rates.status_hz, session.report_status),
+        (
+            "status",
+            0.0 if isinstance(session.connection.clock, SteppedSessionClock) else rates.status_hz,
+            session.report_status,
+        ),
     )
     return tuple(SensorStream(name, 1.0 / hz, take, name not in OURS) for name, hz, take in wanted if hz > 0)
 
@@ -210,7 +214,7 @@ def _pictures(session: Session, known: _SharedState) -> None:
 def _tags(session: Session, known: _SharedState, found: Sequence[TagDetection]) -> None:
     """Log detections that are new, and tell the watch and viewers of those that count."""
     now, site = session.now_ns(), session.site
-    counting = counted(site, found)
+    counting = relevant_detections(site, found)
     placed = {id(one.detection): one for one in place_on_map(found, known.map_tform_odom)}
     for seen in found:
         key = (seen.detector.value, seen.camera, seen.tag)

@@ -4,7 +4,7 @@ Each stream has its own thread, so that a slow camera does not delay odometry; w
 the network goes down, every thread retries until it is back, and the gap is recorded from the last answer of any
 stream to the next one. If only one stream fails while others work, its error is reported once and counted.
 `log_time` is the time of receipt, `publish_time` the robot's stamp converted by time sync; messages whose stamps were
-converted while time sync was away are in channels of their own (topics.py).
+converted while time sync was away are in separate channels (topics.py).
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class _ConnectionState:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
-class Watch(Protocol):
+class SensorListener(Protocol):
     """A listener to sensor data, called from several threads, that derives the robot's actions."""
 
     def pose(self, stamp_ns: int, point: Point) -> None: ...
@@ -112,7 +112,7 @@ class Session:
         self.troubles: dict[str, str] = {}
         self._failing_ns: dict[str, int] = {}
         self.gaps: list[float] = []
-        self.watch: Watch | None = None
+        self.watch: SensorListener | None = None
         self.live = LiveStatus()
         self.show_status: Callable[[SessionStatus], None] | None = None
         self._away = _ConnectionState()

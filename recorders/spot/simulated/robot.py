@@ -176,7 +176,7 @@ class RobotState:
         while self.faults and self.faults[0].at_s <= now:
             fault = self.faults.pop(0)
             self.body.advance_to(max(fault.at_s, self.body.lived_s))
-            self.suffer(fault)
+            self.apply_fault(fault)
         self.body.advance_to(now)
         for end in [e for e in self.ends if e[0] <= now]:
             self.ends.remove(end)
@@ -188,7 +188,7 @@ class RobotState:
         self._finish_grasp()
         self._look()
 
-    def suffer(self, fault: Fault) -> None:
+    def apply_fault(self, fault: Fault) -> None:
         """Inject a fault now."""
         log.info("fault: %s", fault.kind.value)
         if fault.kind is FaultKind.LOST_LEASE:

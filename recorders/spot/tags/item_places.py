@@ -1,4 +1,4 @@
-"""Which container an item is in: one for each item, however near others stand."""
+"""The assignment of items to containers: one for each item, however near others stand."""
 
 from __future__ import annotations
 

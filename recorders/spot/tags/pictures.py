@@ -42,7 +42,7 @@ def require_detector(site: Site) -> None:
         require_opencv()
 
 
-def counted(site: Site, detections: Iterable[TagDetection]) -> tuple[TagDetection, ...]:
+def relevant_detections(site: Site, detections: Iterable[TagDetection]) -> tuple[TagDetection, ...]:
     """The detections that count: of items, those of the site's detector; of other tags, the robot's."""
     ours = site.file.detector.kind == "opencv"
     return tuple(

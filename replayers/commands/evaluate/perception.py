@@ -17,26 +17,26 @@ def perception(
     logs: Annotated[list[Path], Argument(help="Logs, or folders of logs.")],
     planted: Annotated[
         list[str] | None,
-        Option("--planted", help="ITEM@CONTAINER: what stood there at the start of every run; repeat for several."),
+        Option("--planted", help="ITEM@CONTAINER: what was there at the start of every run; repeat for several."),
     ] = None,
     checked: Annotated[
         bool,
         Option(
-            "--checked", help="Your word that people checked the containers and corrected every miss (lios log note)."
+            "--checked", help="Assert that people checked the containers and corrected every miss (lios log note)."
         ),
     ] = False,
     with_truth: Annotated[
-        bool, Option("--with-truth", help="Go by the truth that simulated runs recorded: every item is planted.")
+        bool, Option("--with-truth", help="Use the truth recorded by simulated runs: every item is planted.")
     ] = False,
     by: Annotated[
         str, Option("--by", help="Tables, by comma: made, detector, item, container, range, angle. JSON has all.")
     ] = "made,detector,range,angle",
     json: Json = False,
 ) -> None:
-    """Measure perception: how surely looks detect what is there, by detector, item, container, range and angle.
+    """Measure perception: how reliably looks detect items, by detector, item, container, range and angle.
 
-    An item counts where something else than the look at hand shows that it is there: an earlier look, a correction,
-    what was planted, the truth of a simulation. In a robot's log the viewpoints that it passed count too, each once.
+    A look counts only where something else shows that the item is there: an earlier look, a correction, a planted
+    item, or the truth of a simulation. In a robot's log the viewpoints that it passed count too, each once.
 
     Examples:
 

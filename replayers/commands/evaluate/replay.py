@@ -96,7 +96,7 @@ def replay(
     if output is not None and output.exists() and not force:
         raise OutputExists(output)
     names, wanted = _asked(strategies, scenarios)
-    believers = _estimators(estimators)
+    fold_estimators = _estimators(estimators)
     if output is not None and output.is_dir():
         raise WrongKind(output, needed="file")
     places = tasks_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
@@ -111,11 +111,11 @@ def replay(
             sees_m=sees,
             trusting=trusting,
         )
-        for name in believers
+        for name in fold_estimators
     ]
     each = len(places) * len(names) * (len(names) - 1)
     if dry_run:
-        by = f" by each of {len(believers)} estimators" if len(believers) > 1 else ""
+        by = f" by each of {len(fold_estimators)} estimators" if len(fold_estimators) > 1 else ""
         say(f"{len(places)} tasks, {len(names)} strategies: {each} counterfactuals{by}")
         return
     found, skipped = _measured(plans, (workers, scheduler), total=each * len(plans))
@@ -124,7 +124,7 @@ def replay(
     if output is not None:
         _write(output, found)
     faults = outside_bounds(found)
-    _answer(found, faults, (believers, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
+    _answer(found, faults, (fold_estimators, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
     for one in skipped:
         say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
     unlike = [one for one in skipped if one.fault]

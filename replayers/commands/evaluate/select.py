@@ -50,10 +50,10 @@ def select(
     dry_run: DryRun = False,
     json: Json = False,
 ) -> None:
-    """Measure selection: what does it cost to find the best strategy while driving?
+    """Measure selection: the cost of finding the best strategy while driving.
 
-    A pool of tasks is driven by every strategy and each log replayed by all, once. A campaign draws its trials from
-    it; each selector drives one strategy per trial. Regret is what it paid above the best fixed strategy in
+    Every strategy drives a pool of tasks once, and each log is replayed by all. A campaign draws its trials from
+    the pool; each selector drives one strategy per trial. Regret is what it paid above the best fixed strategy in
     hindsight. "intervals" is lios select; "lower-bounds" is replay with lower bounds only (arXiv:2304.01094); "ucb1"
     and "thompson" are bandits without replay. The best strategy so far must never be ruled out by proof.
 

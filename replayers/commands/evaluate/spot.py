@@ -37,7 +37,7 @@ def spot(
     miss_rate: Annotated[
         float | None,
         Option(
-            "--miss-rate", help="What the detector misses from nearby; farther away it misses more. Default: none."
+            "--miss-rate", help="Probability that the detector misses a tag from nearby (more from afar); default: 0."
         ),
     ] = None,
     seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise and the strategies.")] = 0,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from replayers.commands.log.options import End, Exclude, Include, Log, Start, wanted_of, warn
+from replayers.commands.log.options import End, Exclude, Include, Log, Start, message_filter, warn
 from workbench.parameters import Option
 from workbench.terminal import say
 
@@ -24,7 +24,7 @@ def cat(
     start: Start = "",
     end: End = "",
     limit: Annotated[int, Option(help="Largest number of messages to print; 0 for all.", min=0)] = 0,
-    as_json: Annotated[bool, Option("--json", help="One JSON object a line.")] = False,
+    as_json: Annotated[bool, Option("--json", help="One JSON object per line.")] = False,
     whole: Annotated[bool, Option("--whole", help="Show all bytes of binary messages, in base64.")] = False,
 ) -> None:
     """Print messages, decoded as far as the log explains them.
@@ -41,7 +41,7 @@ def cat(
     from replayers.log_tools.decode_message import MessageDecoder
     from replayers.mcap_io.reader import messages
 
-    wanted = wanted_of(log, include, exclude, start, end, topics=topics)
+    wanted = message_filter(log, include, exclude, start, end, topics=topics)
     shown, loss = MessageDecoder(whole=whole), ReadLoss()
 
     def damage(found: Damage) -> None:

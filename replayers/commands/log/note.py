@@ -15,14 +15,14 @@ def note(
     log: Log,
     text: Annotated[str, Argument(help="The note. Without it, the notes of the log are shown.")] = "",
     at: Annotated[str, Option("--at", help="Seconds from the start, RFC 3339, or nanoseconds.")] = "",
-    until: Annotated[str, Option("--until", help="The end, for a note about a time span.")] = "",
+    until: Annotated[str, Option("--until", help="End of a note about a time span.")] = "",
     author: Annotated[str, Option("--author", help="Author of the note.")] = "",
     seen: Annotated[
         str,
         Option(
             "--seen",
             help="ITEM@CONTAINER, a correction: the item was there although no look showed it. Replays take it as "
-            "certain. Default of --at: the first look there.",
+            "certain. --at defaults to the first look there.",
         ),
     ] = "",
     as_json: Json = False,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from replayers.mcap_io.messages import Message
     from replayers.mcap_io.scan import Damage
 
-MANY_TOPICS = 60
+MAX_LISTED_TOPICS = 60
 Log = Annotated[Path, Argument(help="A log.")]
 Output = Annotated[Path, Option("-o", "--output", help="The file to make.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
@@ -44,11 +44,11 @@ class NoSuchTopic(NotFound):
     """Topics that a log does not have; the message lists those that it has."""
 
     def __init__(self, log: Path, wanted: str, there: Sequence[str]) -> None:
-        listed = ", ".join(there[:MANY_TOPICS]) + (", ..." if len(there) > MANY_TOPICS else "")
+        listed = ", ".join(there[:MAX_LISTED_TOPICS]) + (", ..." if len(there) > MAX_LISTED_TOPICS else "")
         super().__init__(f"{log}: no topic {wanted[:200]}. It has {listed or 'none'}; expressions match whole names.")
 
 
-def wanted_of(
+def message_filter(
     log: Path,
     include: list[str] | None,
     exclude: list[str] | None,

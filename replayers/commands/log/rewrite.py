@@ -19,8 +19,8 @@ from replayers.commands.log.options import (
     Packing,
     Start,
     bar,
+    message_filter,
     style_of,
-    wanted_of,
     warn,
 )
 from workbench.errors import BadValue, Unsupported
@@ -29,7 +29,7 @@ from workbench.terminal import emit_json, say
 
 if TYPE_CHECKING:
     from replayers.log_tools.faces.blurred_pictures import FaceBlur
-    from replayers.log_tools.rewrite import Rewritten
+    from replayers.log_tools.rewrite import RewriteReport
 
 
 def filter_log(
@@ -51,8 +51,8 @@ def filter_log(
 ) -> None:
     """Copy the wanted topics and times to another log; unknown topics pass through untouched.
 
-    With --blur-faces, pictures that cannot be searched for faces are left out. Faces that are not found, and screens,
-    stay: look at the copy before you give it away, or leave the cameras out.
+    With --blur-faces, images that cannot be searched for faces are left out. Faces that are not found, and screens,
+    stay: check the copy before you give it away, or leave the cameras out.
 
     Examples:
 
@@ -64,7 +64,7 @@ def filter_log(
 
     from replayers.log_tools.rewrite import filtered
 
-    wanted = replace(wanted_of(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
+    wanted = replace(message_filter(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
     style = style_of(compression, chunk_size, force)
     if not blur_faces:
         _report(filtered(log, output, wanted, style, bar("filter")), as_json)
@@ -81,7 +81,7 @@ def _report_blurred(blur: FaceBlur) -> None:
     """What was searched for faces, on standard error."""
     say(
         f"{blur.pictures.total():,} pictures searched, {blur.faces.total():,} faces found and blurred; "
-        "screens are not looked for"
+        "screens are not searched for"
     )
     for topic, count in sorted(blur.left_out.items()):
         say(f"{topic}: {count:,} left out: pictures that cannot be searched for faces")
@@ -91,7 +91,7 @@ def merge(
     logs: Annotated[list[Path], Argument(help="Logs, or the parts of one.")],
     output: Output,
     runs: Annotated[
-        bool, Option("--runs", help="Each log is a run of its own; split --by run takes them apart again.")
+        bool, Option("--runs", help="Each log is a separate run; split --by run separates them again.")
     ] = False,
     allow_duplicates: Annotated[
         bool, Option("--allow-duplicates", help="Keep differing metadata and attachments of the same name.")
@@ -154,7 +154,7 @@ def compact(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Rewrite a log in few large chunks: smaller and faster to read than one that was synced at every decision.
+    """Rewrite a log in a few large chunks: smaller, and faster to read, than one synced at every decision.
 
     Chunks of at least a quarter of that size, compressed as asked for, are copied as they are.
 
@@ -205,7 +205,7 @@ class UnknownFormat(Unsupported):
         )
 
 
-def _report(done: Rewritten, as_json: bool) -> None:
+def _report(done: RewriteReport, as_json: bool) -> None:
     if as_json:
         emit_json(
             {
@@ -213,6 +213,7 @@ def _report(done: Rewritten, as_json: bool) -> None:
                 "messages": done.messages,
                 "left_out": done.dropped,
                 "damages": [{"offset": damage.offset, "what": damage.what} for damage in done.loss.damages],
+                "parts_missing": list(done.parts_missing),
             }
         )
     for path in done.outputs:
@@ -220,6 +221,9 @@ def _report(done: Rewritten, as_json: bool) -> None:
     say(f"{done.messages:,} messages" + (f", {done.dropped:,} left out" if done.dropped else ""))
     for damage in done.loss.damages[:5]:
         warn(damage)
+    if done.parts_missing:
+        say(f"Not all parts of the recording were given: {', '.join(map(str, done.parts_missing))} missing.")
     if done.loss.loses_content:
         say("Something was lost; lios doctor shows what.")
+    if done.loss.loses_content or done.parts_missing:
         raise click.exceptions.Exit(3)

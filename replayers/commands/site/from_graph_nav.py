@@ -22,7 +22,7 @@ def from_graph_nav(
 ) -> None:
     """Draft the survey of a place from a GraphNav map: waypoints, edges, tags, and a map of its point clouds.
 
-    Waypoints with a name of their own become containers; without any, all of them do.
+    Named waypoints become containers; if none is named, all do.
 
     Examples:
 
@@ -70,7 +70,7 @@ def from_graph_nav(
         say(f"{counted(len(made.disconnected), 'waypoint')} left out: no edge connects them with the start.")
     if made.unread_clouds:
         say(f"{counted(made.unread_clouds, 'snapshot')} left out of the map: missing, or its points are packed.")
-    whose = "those with a name of their own" if made.named_only else "all but the start, because none has a name"
+    whose = "the named ones" if made.named_only else "all but the start, because none has a name"
     found = f"{counted(len(draft.tags), 'tag')}{', a map' if draft.grid is not None else ''}"
     say(f"{counted(len(draft.stops), 'container')} ({whose}), {found}: {file}")
-    say(f"Name them, delete what is none. Next: lios site check {file}")
+    say(f"Name the containers, delete the other waypoints. Next: lios site check {file}")

@@ -23,8 +23,8 @@ def from_log(
 ) -> None:
     """Draft the survey of a place from a recording: stops, waypoints, walked lengths, tags, map.
 
-    Drive the robot around, let it stand a few seconds in front of each container, then name the draft's
-    containers.
+    Drive the robot around, stop for a few seconds in front of each container, then name the containers in the
+    draft.
 
     Examples:
 

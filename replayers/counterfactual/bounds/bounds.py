@@ -1,7 +1,7 @@
 """Least and greatest cost of a strategy over every world that is consistent with the log, and what each bound rests
 on.
 
-These are the result types only; the branch-and-bound search that computes them is a module of its own.
+These are the result types only; the branch-and-bound search that computes them is a separate module.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ class Bounds(BoundFigures):
 
     Attributes:
         segments: how many segments of the loop it took.
-        cheapest, dearest: ends that cost least_found and largest_found: worlds that one can look at.
+        cheapest, most_expensive: ends that cost least_found and largest_found: worlds that one can look at.
         groups: what is known of the cost in each group of worlds, all together; empty when there are too many.
     """
 
     segments: int
     cheapest: Leaf | None = None
-    dearest: Leaf | None = None
+    most_expensive: Leaf | None = None
     groups: tuple[WorldGroup, ...] = ()
 
     @property
@@ -59,7 +59,7 @@ class Bounds(BoundFigures):
         )
 
     def _with_end(self, leaf: Leaf) -> Bounds:
-        """A cheaper or a dearer end than those found; one at a bound proves it."""
+        """A cheaper or a more expensive end than those found; one at a bound proves it."""
         cost = leaf.cost
         cheaper, dearer = cost < self.least_found - NEAR_COST, cost > self.largest_found + NEAR_COST
         at_lower, at_upper = cheaper and cost <= self.lower + NEAR_COST, dearer and cost >= self.upper - NEAR_COST
@@ -72,7 +72,7 @@ class Bounds(BoundFigures):
             least_found=cost if cheaper else self.least_found,
             largest_found=cost if dearer else self.largest_found,
             cheapest=leaf if cheaper else self.cheapest,
-            dearest=leaf if dearer else self.dearest,
+            most_expensive=leaf if dearer else self.most_expensive,
             can_fail=self.can_fail or leaf.status is not RunStatus.DONE,
         )
 
@@ -86,7 +86,7 @@ class Budget:
         finish: where fewer than this were needed, every world is followed to its end even though the bounds are
             settled: comparisons world by world need all ends.
         draws: segments for the estimate; when they are spent, fewer worlds are drawn.
-        climb: segments for each climb towards the cheapest and the dearest run, where no upper bound is known.
+        climb: segments for each climb towards the cheapest and the most expensive run, where no upper bound is known.
     """
 
     segments: int = 400

@@ -1,10 +1,9 @@
 """Best-first branch and bound for the least and the largest cost over all consistent worlds.
 
-Every node of the unfolded runs carries an interval for the cost from there on: exact at an end, bounded from
-outside where nobody has been yet (lower_bound.py, upper_bound.py), and from its children otherwise. The search
-goes where the interval of the whole can still shrink: down the branch that could be cheapest, then down the branch
-that could be dearest. When the budget is spent, the intervals that are left are bounds all the same, and the result
-says which side is exact.
+Every node of the run tree carries an interval for the cost from there on: exact at an end, an outer bound where the
+node is not expanded (lower_bound.py, upper_bound.py), and from its children otherwise. The search goes where the
+interval of the whole can still shrink: down the branch that could be cheapest, then down the one that could be most
+expensive. When the budget is spent, the intervals are still bounds, and the result says which side is exact.
 
 Where beliefs follow all that is seen (run_tree.RunTree.certain), a run that goes by them is not followed beyond
 its first open container: what else lay there would have moved them, and nobody can list that. Its interval from
@@ -243,6 +242,6 @@ class BoundSearch:
             segments=self._tree.segments,
             can_fail=whole.fails,
             cheapest=self._attaining_leaf("low"),
-            dearest=self._attaining_leaf("high"),
+            most_expensive=self._attaining_leaf("high"),
             groups=groups if len(groups) <= MAX_WORLD_GROUPS else (),
         )

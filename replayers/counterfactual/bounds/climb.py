@@ -1,4 +1,4 @@
-"""A climb from world to world towards a strategy's cheapest and dearest run, where not every world is followed.
+"""Hill climbing over consistent worlds towards a strategy's cheapest and most expensive run.
 
 In a kitchen a container can answer in thousands of ways, of which branch-and-bound follows those with the fewest
 items. Changing one item type in one container at a time finds runs that cost less, or more, than those. Every end
@@ -23,21 +23,21 @@ def climbed_ends(tree: RunTree, known: Bounds, *, max_segments: int) -> tuple[Le
     """The ends of a climb downwards and of one upwards.
 
     Args:
-        known: the bounds so far; their cheapest and dearest ends are where the climbs start, or, if it is cheaper,
-            the run in the world whose first open container holds all that matters.
+        known: the bounds so far. The climbs start from their cheapest and most expensive ends; down, from the run
+            in the world whose first open container holds all that matters, if that is cheaper.
         max_segments: of each climb.
     """
     lucky = all_in_first(tree)
     low = min((known.cheapest or lucky, lucky), key=lambda leaf: leaf.cost)
     cheapest = climb(tree, low, up=False, max_segments=max_segments)
-    return cheapest, climb(tree, known.dearest or lucky, up=True, max_segments=max_segments)
+    return cheapest, climb(tree, known.most_expensive or lucky, up=True, max_segments=max_segments)
 
 
 def climb(tree: RunTree, start: Leaf, *, up: bool, max_segments: int) -> Leaf:
-    """The cheapest, or the dearest, end on a first-improvement climb from the end of a run.
+    """The cheapest, or the most expensive, end on a first-improvement climb from the end of a run.
 
     Args:
-        up: towards dearer ends.
+        up: towards more expensive ends.
         max_segments: new segments of the loop after which no further world is tried.
     """
     spent = tree.segments + max_segments

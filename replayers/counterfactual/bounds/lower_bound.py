@@ -48,7 +48,7 @@ class LowerBound:
         self._unknown: Containers = (*evidence.contents, *evidence.open)
         self._parts: Cache[Hashable, tuple[float, float]] = Cache(MAX_CACHED_PARTS)
         self._logged: dict[ItemType, list[tuple[LocationId, ContainerId, ItemId]]] = {}
-        for container, items in evidence.contents.items():
+        for container, items in (*evidence.contents.items(), *evidence.partly.items()):
             for item in items:
                 self._logged.setdefault(item.type, []).append((LocationId(container), container, item.id))
 

@@ -1,4 +1,4 @@
-"""Distances from where the robot is, also from a stop on its way, in the order of a log's locations."""
+"""Distances from the robot's location, or a stop on its path, in the order of a log's locations."""
 
 from __future__ import annotations
 

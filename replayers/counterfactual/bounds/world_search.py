@@ -1,4 +1,4 @@
-"""All that a strategy's runs in the consistent worlds of a log give: the bounds, and costs in the drawn worlds.
+"""Bounds and costs in drawn worlds of a strategy, from its runs in the consistent worlds of a log.
 
 Strategies that decide alike (strategy_traits.decision_kind) share one search. Its results do not depend on which of
 them is replayed first, or alone: each would search the same tree with the same budget.
@@ -82,5 +82,5 @@ def _with_all_ends(
         standing = standing.with_ends(drawn)
     if tree.guesses:
         return bounds, standing
-    others = (standing.cheapest, standing.dearest) if standing is not None else ()
+    others = (standing.cheapest, standing.most_expensive) if standing is not None else ()
     return bounds.with_ends((*others, *drawn)), standing

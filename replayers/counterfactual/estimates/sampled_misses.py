@@ -1,4 +1,4 @@
-"""What recorded looks overlooked, sampled given the log: at most so many, and all that must be somewhere.
+"""Samples of the items that the recorded looks overlooked, given the log and the number of misses.
 
 A type that lies in a container with probability P and that n looks would each have missed with chance 1 - p is there,
 unseen, with odds P / (1 - P) times (1 - p)^n (Bayes). Worlds are drawn exactly given the total number of overlooked
@@ -17,7 +17,7 @@ from workbench.tolerances import ROUNDING
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
-ALMOST = 1.0 - ROUNDING
+MAX_PROBABILITY = 1.0 - ROUNDING
 """The largest probability whose odds are taken."""
 
 
@@ -41,7 +41,7 @@ class MissWeights:
 
 def odds_of(probability: Floats) -> Floats:
     """p / (1 - p), elementwise; certainty counts as nearly certain."""
-    p = np.minimum(probability, ALMOST)
+    p = np.minimum(probability, MAX_PROBABILITY)
     return np.asarray(p / (1.0 - p))
 
 

@@ -120,7 +120,7 @@ def test_a_robot_of_older_software_lacks_services_and_is_checked_for_the_rest(
     with robot() as (_, connection):
         found = _check(connection)
     assert found["dock"].level is found["licence"].level is Level.WARNING
-    assert "does not tell" in found["dock"].text
+    assert "does not say" in found["dock"].text
     assert found["battery"].level is Level.OK
 
 

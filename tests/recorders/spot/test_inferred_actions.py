@@ -6,8 +6,11 @@ import pytest
 
 from recorders.spot.run.site_tasks import delivery_of, site_task
 from recorders.spot.session.inferred_actions import ActionDeriver
+from recorders.spot.session.look_findings import LookFinding
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded
+from workbench.message_enum import Result
 from workbench.search.costs import ROBOT_COSTS
+from workbench.worlds.geometry import Point
 from workbench.worlds.house import LocationId
 from workbench.worlds.sites.site import Site, load_site
 
@@ -116,3 +119,82 @@ def test_a_closed_container_that_nobody_opened_is_not_logged_as_empty(home: Site
     assert [event.items for event in looked(seen)] == [(home.tags[number],)], (
         "what is seen inside shows that it is open"
     )
+
+
+class DoubtsCouch:
+    """Finds every look into the couch inconclusive, as where a detection could not be placed."""
+
+    def judge(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> Result[LookFinding]:
+        if at == "couch":
+            return LookFinding.NOT_PLACED.result(reason="a frame that is nowhere")
+        return LookFinding.SUPPORTED.result()
+
+
+def _carried_from_couch(home: Site, *, seen_on_couch: bool, put_down_first: bool) -> Trip:
+    """A phone goes from the couch, of which no look counts, to the bed."""
+    trip = Trip(home)
+    trip.derived.judge = DoubtsCouch()
+    trip.walk("couch")
+    trip.stand(5, (102, (15.2, 4.3, 0.5)) if seen_on_couch else None)
+    trip.derived.holding(trip.ns, True)
+    trip.stand(1)
+    trip.walk("bed")
+    on_bed = (102, (14.4, 0.95, 0.6))
+    if not put_down_first:
+        trip.stand(3, on_bed)
+    trip.derived.holding(trip.ns, False)
+    trip.stand(6, on_bed)
+    trip.derived.end()
+    return trip
+
+
+@pytest.mark.parametrize("put_down_first", [False, True])
+def test_what_is_picked_up_where_no_look_counts_is_found_neither_there_nor_where_it_is_put(
+    home: Site, put_down_first: bool
+) -> None:
+    """Its tag was seen, so that the pick is told; the place where it was put down held nothing of it."""
+    trip = _carried_from_couch(home, seen_on_couch=True, put_down_first=put_down_first)
+    did = [(e.step.action, e.step.target, e.items) for e in trip.events if isinstance(e, ActionEnded)]
+    phone = (home.tags[102].id,)
+    assert [step for step in did if step[0] in ("pick", "place")] == [
+        ("pick", "couch", phone),
+        ("place", "bed", phone),
+    ]
+    seen = {e.container: e.items for e in trip.events if isinstance(e, ContainerObserved)}
+    assert seen == {"bed": ()}
+    assert [look.container for look in trip.derived.inconclusive] == ["couch"]
+
+
+@pytest.mark.parametrize("put_down_first", [False, True])
+def test_what_was_picked_up_unseen_makes_the_look_inconclusive_where_it_is_put_down(
+    home: Site, put_down_first: bool
+) -> None:
+    """Nobody knows what was picked up: what stands on the bed afterwards may be it, and need not have stood there."""
+    trip = _carried_from_couch(home, seen_on_couch=False, put_down_first=put_down_first)
+    assert not [e for e in trip.events if isinstance(e, ContainerObserved)]
+    assert [look.container for look in trip.derived.inconclusive] == ["couch", "bed"]
+    assert trip.derived.inconclusive[-1].reason == LookFinding.MAY_BE_CARRIED.value
+    trip.walk("desk")
+    trip.stand(5)
+    trip.walk("bed")
+    trip.derived.holding(trip.ns, True)
+    trip.stand(1)
+    assert not [e for e in trip.events if isinstance(e, ActionEnded) and e.step.action == "pick"], (
+        "picked up again, it did not stand on the bed at the start either"
+    )
+    assert [e.container for e in trip.events if isinstance(e, ContainerObserved)] == ["desk"]
+
+
+def test_a_handle_that_is_grasped_and_let_go_leaves_the_look_as_it_is(home: Site) -> None:
+    """What is held and let go during one visit came from nowhere else."""
+    trip = Trip(home)
+    trip.walk("couch")
+    trip.stand(0.6)
+    trip.derived.holding(trip.ns, True)
+    trip.stand(0.6)
+    trip.derived.holding(trip.ns, False)
+    trip.stand(6, (102, (15.2, 4.3, 0.5)))
+    trip.derived.end()
+    seen = {e.container: e.items for e in trip.events if isinstance(e, ContainerObserved)}
+    assert seen == {"couch": (home.tags[102],)}
+    assert trip.derived.inconclusive == []

@@ -89,6 +89,17 @@ def test_a_drawn_tag_is_found_where_it_was_drawn(
     assert seen.error_px < 0.5
 
 
+def test_upright_is_what_the_apriltag_library_calls_upright() -> None:
+    """The family's own code of tag 0, row by row, not OpenCV's picture (findings/opencv-apriltags-upside-down.sh)."""
+    bits = np.array([int(bit) for bit in f"{0xD5D628584:036b}"], dtype=np.uint8).reshape(6, 6) * 255
+    tag = np.pad(np.pad(bits, 1), 1, constant_values=255).repeat(24, axis=0).repeat(24, axis=1)
+    picture = np.pad(tag, ((120, 120), (200, 200)), constant_values=120)
+    (seen,) = detect_tags(picture, PINHOLE, family="36h11", sizes_m={0: 0.1})
+    apart = seen.camera_tform_tag.rot.inverse().mult(FACING).w
+    assert seen.tag == 0
+    assert 2 * np.degrees(np.arccos(min(1.0, abs(apart)))) < 4
+
+
 def test_half_the_size_is_half_the_distance() -> None:
     picture = picture_of(7, 0.1, SE3Pose(x=0.0, y=0.0, z=0.8, rot=turned((0, 1, 0), 0.6)))
     (seen,) = detect_tags(picture, PINHOLE, family="36h11", sizes_m={7: 0.05})

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from spot_help import messages, placed, robot, run_of
 
-from recorders.spot.client.clock import Stepped
+from recorders.spot.client.clock import SteppedSessionClock
 from recorders.spot.client.connection import Connection
 from recorders.spot.run.operator_requests import SKIPPED, OperatorRequests, RunKeys
 from recorders.spot.run.run import run_and_record
@@ -44,7 +44,7 @@ def test_a_paused_robot_stands_and_walks_on_without_being_asked(
     stood: list[tuple[float, float]] = []
 
     with robot() as (spot, connection):
-        assert isinstance(connection.clock, Stepped)
+        assert isinstance(connection.clock, SteppedSessionClock)
 
         def press(world: SpotWorld) -> None:
             at = world.now_ns()

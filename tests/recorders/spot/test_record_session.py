@@ -90,7 +90,7 @@ def test_a_skewed_robot_clock_ends_up_within_5_ms(skew_s: float, tmp_path: Path)
     assert all(abs(fact.skew_ns - skew_s * NANO) < allowed_ns for fact in facts)
 
 
-def suffer(spot: SimulatedSpot, kind: FaultKind, for_s: float, over_ns: list[int]) -> None:
+def apply_fault(spot: SimulatedSpot, kind: FaultKind, for_s: float, over_ns: list[int]) -> None:
     """A fault now; when it is over is added to over_ns."""
     over_ns.append(time.time_ns() + round(for_s * NANO))
     if kind is FaultKind.DROPPED:
@@ -111,7 +111,7 @@ def test_failures_while_recording_leave_the_log_whole(
 
     def fail_and_recover() -> None:
         wait_until(lambda: states_sent() >= 5)
-        suffer(spot, kind, 1.5, over_ns)
+        apply_fault(spot, kind, 1.5, over_ns)
         wait_until(lambda: time.time_ns() > over_ns[0])
         wait_for_more(states_sent, 10)
         ending.by_key("q")

@@ -24,7 +24,7 @@ from recorders.spot.client.connection import Connection, Credentials, RobotAddre
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import NotLocalized, NotReady
 from recorders.spot.client.frame_trees import tform
-from recorders.spot.client.localized import is_localized
+from recorders.spot.client.localization import is_localized
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import SessionPlan, record_session
 from recorders.spot.run.arm_motion import ArmOutcome, command_result, place_on

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from benchmarks.spot_mishaps import MISHAPS, suffer
+from benchmarks.spot_mishaps import MISHAPS, apply_fault
 
 from replayers.runs.run import read
 
@@ -17,7 +17,7 @@ def test_every_mishap_of_the_table_is_one_of_the_documented_ones() -> None:
 
 @pytest.mark.slow
 def test_a_killed_process_leaves_a_log_that_is_cut_off_and_still_replayed(tmp_path: Path) -> None:
-    told = suffer(MISHAPS["killed"], tmp_path / "killed.mcap")
+    told = apply_fault(MISHAPS["killed"], tmp_path / "killed.mcap")
     assert told.doctor.startswith("3: killed.mcap: lossy")
     assert "lios recover" in told.doctor
     assert "model-lios" in told.replay
@@ -26,7 +26,7 @@ def test_a_killed_process_leaves_a_log_that_is_cut_off_and_still_replayed(tmp_pa
 
 @pytest.mark.slow
 def test_a_full_disk_ends_the_run_and_the_log_opens(tmp_path: Path) -> None:
-    told = suffer(MISHAPS["full-disk"], tmp_path / "full.mcap")
+    told = apply_fault(MISHAPS["full-disk"], tmp_path / "full.mcap")
     assert "recording stopped" in told.run
     assert "decisions" in told.view
     assert read(tmp_path / "full.mcap").actions
@@ -34,8 +34,8 @@ def test_a_full_disk_ends_the_run_and_the_log_opens(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_an_outage_without_resume_ends_the_run_and_with_it_does_not(tmp_path: Path) -> None:
-    stays = suffer(MISHAPS["outage-without-resume"], tmp_path / "stays.mcap")
+    stays = apply_fault(MISHAPS["outage-without-resume"], tmp_path / "stays.mcap")
     assert "only with --resume" in stays.run
     assert stays.doctor.startswith("0")
-    goes_on = suffer(MISHAPS["outages"], tmp_path / "on.mcap")
+    goes_on = apply_fault(MISHAPS["outages"], tmp_path / "on.mcap")
     assert "Ended: done" in goes_on.run

@@ -174,7 +174,7 @@ def test_from_log_to_verdict_on_the_command_line(tmp_path: Path, capsys: pytest.
     said = subprocess.run(
         [sys.executable, CHECKER, out, tmp_path / "other.lios.zip", log], capture_output=True, text=True, check=True
     ).stdout  # fmt: skip
-    assert "pes-greedy beats opt-lios on these 1 trials" in said
+    assert "pes-greedy beats opt-lios on 1 trial" in said
     assert "neither" not in said
     with zipfile.ZipFile(out, "a") as packed:
         assert packed.namelist() == ["claim.json"]
@@ -187,7 +187,7 @@ def test_claims_whose_bounds_overlap_beat_nothing(tmp_path: Path, capsys: pytest
         write_claim(Path(paths[-1]), json.loads(claimed("spot-home-A", name)))
     assert checker().main(paths) == 0
     said = capsys.readouterr().out
-    assert "neither of opt-lios and pes-greedy is shown to beat the other on these 1 trials" in said
+    assert "neither of opt-lios and pes-greedy is shown to beat the other on 1 trial" in said
 
 
 def test_the_same_certificate_is_the_same_bytes(tmp_path: Path) -> None:

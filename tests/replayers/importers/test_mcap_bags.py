@@ -13,7 +13,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from replayers.importers.bags import EmptyBag, NotABag, Unclosed, open_bag
+from replayers.importers.bags import BagNotClosed, EmptyBag, NotABag, open_bag
 from replayers.importers.packed_files import Packed
 from replayers.runs.run import read
 from workbench.cli import run as lios
@@ -106,14 +106,18 @@ def test_topics_whose_schema_cannot_be_parsed_are_skipped_and_told(
 
 
 @pytest.mark.ci_but(1)
-@pytest.mark.parametrize("options", [{"use_chunking": False}, {"index_types": 0}, {"use_statistics": False}])
+@pytest.mark.parametrize(
+    "options",
+    [{"use_chunking": False}, {"index_types": "NONE"}, {"index_types": "CHUNK"}, {"use_statistics": False}],
+    ids=["no chunks", "no indexes", "no message indexes", "no statistics"],
+)
 def test_neighbours_swapped_come_in_order_with_and_without_indexes(
     options: dict[str, Any], recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if "index_types" in options:
         from mcap.writer import IndexType
 
-        options = {"index_types": IndexType.NONE}
+        options = {"index_types": IndexType[options["index_types"]]}
     bag = rewritten(recorded, tmp_path / "a.mcap", arrange=swapped, **options)
     with open_bag(bag) as opened:
         stamps = [message.stamp_ns for message in opened.messages(opened.topics)]
@@ -146,7 +150,7 @@ def test_a_killed_recording_gets_the_way_out_and_that_way_works(
     killed.parent.mkdir()
     whole = rewritten(recorded, tmp_path / "whole.mcap", chunk_size=2000).read_bytes()
     killed.write_bytes(whole[: len(whole) * 9 // 10])
-    with pytest.raises(Unclosed, match="lios recover"), open_bag(killed.parent):
+    with pytest.raises(BagNotClosed, match="lios recover"), open_bag(killed.parent):
         pass
     mended = tmp_path / "mended.mcap"
     assert lios(["recover", str(killed), "-o", str(mended)]) in (0, 3)

@@ -11,8 +11,8 @@ import yaml
 import zstandard
 
 from replayers.importers import packed_files
-from replayers.importers.bags import Unclosed, open_bag
-from replayers.importers.packed_files import CutOffPacked, NoRoomToUnpack, unpack_file
+from replayers.importers.bags import BagNotClosed, open_bag
+from replayers.importers.packed_files import CutOffPacked, NoSpaceToUnpack, unpack_file
 from workbench.cli import run as lios
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -54,7 +54,7 @@ def test_a_killed_recording_that_was_compressed_is_named_by_its_own_file(tmp_pat
     """Not by the temporary one, which is gone when the line is read."""
     whole = (ROOT / "logs" / "find-lios.mcap").read_bytes()
     bag = a_packed_bag(tmp_path / "bag", zstandard.compress(whole[: len(whole) // 2]))
-    with pytest.raises(Unclosed) as caught, open_bag(bag):
+    with pytest.raises(BagNotClosed) as caught, open_bag(bag):
         pass
     packed = bag / "bag_0.mcap.zstd"
     assert str(caught.value).startswith(f"{packed}: cut off")
@@ -75,7 +75,7 @@ def test_what_takes_more_room_than_the_disk_has_is_refused_and_leaves_nothing(
     packed, plain = tmp_path / "a.mcap.zstd", tmp_path / "a.mcap"
     compressor = zstandard.ZstdCompressor(write_content_size=declared)
     packed.write_bytes(compressor.compress(bytes(40_000_000)))
-    with pytest.raises(NoRoomToUnpack, match=r"or more, and .* TMPDIR"):
+    with pytest.raises(NoSpaceToUnpack, match=r"or more, and .* TMPDIR"):
         unpack_file(packed, plain)
     assert not plain.exists()
     packed.write_bytes(compressor.compress(bytes(20_000_000)))

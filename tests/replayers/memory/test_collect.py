@@ -20,7 +20,7 @@ from replayers.counterfactual.replay import replay_on
 from replayers.memory.collect import LogsContradict, NoLooks, history_of, read_history
 from replayers.runs.run import Run, read
 from workbench.beliefs.memory.history import AnotherPlace, ContainersChanged
-from workbench.beliefs.memory.memory import NothingEarlier
+from workbench.beliefs.memory.memory import NoEarlierRun
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, shipped_rates
 from workbench.cli import run as lios
 from workbench.errors import Malformed
@@ -95,7 +95,7 @@ def test_a_log_without_memory_is_replayed_with_one_on_request(folder: Path, tmp_
     assert remembered.cost < plain.cost
     assert any("does not do what was recorded" in note for note in remembered.notes)
     early = read(folder / "apple.mcap")
-    with pytest.raises(NothingEarlier):
+    with pytest.raises(NoEarlierRun):
         prepare_log(early, ReplaySettings(worlds=0, history=history))
 
 
@@ -136,7 +136,7 @@ def test_another_place_and_changed_containers_are_refused_in_one_line(tmp_path: 
             history.memory_at(at, other, shipped_rates())
         assert "\n" not in str(refused.value)
     assert history.memory_at(at, replace(plan, name="renamed"), shipped_rates()).looks
-    with pytest.raises(NothingEarlier):
+    with pytest.raises(NoEarlierRun):
         history.memory_at(T0, plan, shipped_rates())
 
 

@@ -1,4 +1,4 @@
-"""Estimators that ask: what one has to provide, and the wrapper that makes an ordinary estimator of it."""
+"""Estimators that ask questions: their protocol, and the wrapper that makes them ordinary estimators."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class AnsweredEstimator:
             return ()
         texts = cast(object, guarded_call(self.name, lambda: self.asking.questions(knowledge, item_types)))
         if not isinstance(texts, tuple) or not all(isinstance(t, str) for t in cast("tuple[object, ...]", texts)):
-            raise EstimatorFailed(self.name, "its questions are no tuple of texts")
+            raise EstimatorFailed(self.name, "its questions are not a tuple of strings")
         asked = cast("tuple[str, ...]", texts)
         return tuple(self.book.answer(_bounded(self.name, t, "question", MAX_QUESTION_BYTES)) for t in asked)
 
@@ -118,7 +118,7 @@ class AnsweredEstimator:
                 item_types=item_types, containers=knowledge.unsearched, probability=values, estimator=self.name
             )
         except (BadValue, TypeError, ValueError) as error:
-            raise EstimatorFailed(self.name, f"its probabilities are of no use: {str(error).rstrip('.')}") from error
+            raise EstimatorFailed(self.name, f"its probabilities are invalid:  {str(error).rstrip('.')}") from error
 
 
 def answered(
@@ -160,7 +160,7 @@ def answers_of(estimator: Estimator, knowledge: Knowledge, item_types: tuple[Ite
     return estimator.answers(knowledge, item_types) if isinstance(estimator, AnsweredEstimator) else ()
 
 
-def goes_by_names_alone(estimator: Estimator) -> bool:
+def uses_names_alone(estimator: Estimator) -> bool:
     """Whether an estimator says that no observation changes its beliefs."""
     return getattr(estimator, "names_alone", False) is True
 

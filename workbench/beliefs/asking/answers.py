@@ -1,4 +1,4 @@
-"""Answers that cost something, each asked for once: from a log, from the cache on disk, or from who is asked."""
+"""Costly answers, each obtained once: from a log, from the cache on disk, or by asking."""
 
 from __future__ import annotations
 

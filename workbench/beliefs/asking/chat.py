@@ -22,7 +22,7 @@ from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 
-LEAST, MOST = 0.001, 0.999
+MIN_PROBABILITY, MAX_PROBABILITY = 0.001, 0.999
 """Probabilities are kept within these: a model that is certain may be wrong, and planning must go on."""
 
 MAX_OBJECTS = 50
@@ -62,7 +62,7 @@ class ChatQuestions:
 
     def ask(self, question: str) -> str:
         if self.endpoint is None:
-            raise EstimatorFailed(self.name, "nobody is to be asked")
+            raise EstimatorFailed(self.name, "it may not ask anything here")
         return complete(self.prompt, self.endpoint, question)
 
     def probabilities(
@@ -71,7 +71,7 @@ class ChatQuestions:
         all_containers = frozenset(str(c.id) for c in knowledge.plan.containers)
         rows = [self._row(text, all_containers) for text in answers]
         return np.array(
-            [[row.get(str(c), LEAST) for c in knowledge.unsearched] for row in rows], dtype=np.float64
+            [[row.get(str(c), MIN_PROBABILITY) for c in knowledge.unsearched] for row in rows], dtype=np.float64
         ).reshape(len(item_types), len(knowledge.unsearched))
 
     def _row(self, answer: str, containers: frozenset[str]) -> dict[str, float]:
@@ -92,7 +92,7 @@ class ChatQuestions:
         raise EstimatorFailed(
             self.name,
             f"its answer {shown!r} holds no JSON object of probabilities by container",
-            "Say so in the prompt, or take another model",
+            "Ask for it in the prompt, or use another model",
         )
 
     def _probability(self, container: str, value: object) -> float:
@@ -100,10 +100,10 @@ class ChatQuestions:
         if not isfinite(number) or not 0 <= number <= 1:
             raise EstimatorFailed(
                 self.name,
-                f"its answer gives {container[:40]} {str(value)[:40]!r}, which is no probability",
-                "Say so in the prompt, or take another model",
+                f"its answer gives {container[:40]} {str(value)[:40]!r}, which is not a probability",
+                "Ask for it in the prompt, or use another model",
             )
-        return min(MOST, max(LEAST, number))
+        return min(MAX_PROBABILITY, max(MIN_PROBABILITY, number))
 
 
 def _filled(text: str, values: Mapping[str, str]) -> str:

@@ -130,7 +130,7 @@ def _content(prompt: Prompt, endpoint: Endpoint, reply: bytes) -> str:
     except (ValueError, KeyError, IndexError, TypeError, RecursionError):
         content = None
     if not isinstance(content, str):
-        raise _failed(prompt, endpoint, "answers with something else than a chat completion", "Correct endpoint in")
+        raise _failed(prompt, endpoint, "does not answer with a chat completion", "Correct endpoint in")
     return content
 
 

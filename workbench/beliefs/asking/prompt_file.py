@@ -86,7 +86,7 @@ def read_prompt(path: Path) -> tuple[Prompt, Endpoint]:
     try:
         text = data.decode("utf-8").replace("\r\n", "\n")
     except UnicodeDecodeError:
-        raise MalformedFile(path, "it is no UTF-8 text", "Save it as UTF-8") from None
+        raise MalformedFile(path, "it is not UTF-8 text", "Save it as UTF-8") from None
     head, rule, body = text.partition(f"\n{RULE}\n")
     if not rule:
         raise MalformedFile(path, f"it has no line {RULE!r} between its settings and the prompt", "Put one in")

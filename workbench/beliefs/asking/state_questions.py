@@ -1,4 +1,4 @@
-"""Questions of an estimator that is costly as a whole: what the robot knows, asked for the whole belief."""
+"""Questions of estimators that answer with a whole belief: one for each state of knowledge."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ class StateQuestions:
             rows = msgspec.json.decode(answers[0], type=list[list[float]])
             return np.array(rows, dtype=np.float64).reshape(len(item_types), len(knowledge.unsearched))
         except (msgspec.MsgspecError, ValueError) as error:
-            raise EstimatorFailed(self.name, f"a recorded answer is no belief: {error}") from error
+            raise EstimatorFailed(self.name, f"a recorded answer is not a belief: {error}") from error
 
     def _forgotten(self) -> tuple[Knowledge, tuple[ItemType, ...]]:
-        raise EstimatorFailed(self.name, "a question is answered that was not asked")
+        raise EstimatorFailed(self.name, "it answers a question that was not asked")
 
 
 def _place(plan: FloorPlan) -> str:

@@ -1,1 +1,1 @@
-"""Memory of earlier runs: what they saw, how fast such things move, and beliefs that go by both."""
+"""Memory of earlier runs: what they saw, how fast such things move, and beliefs that use both."""

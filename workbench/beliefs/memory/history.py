@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import hypot
 
-from workbench.beliefs.memory.memory import Memory, NothingEarlier, PastLook, remember
+from workbench.beliefs.memory.memory import Memory, NoEarlierRun, PastLook, remember
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
 from workbench.errors import InputError
 from workbench.worlds.house import Container, FloorPlan
@@ -44,12 +44,12 @@ class History:
 
         Raises:
             AnotherPlace, ContainersChanged: the logs are of something else.
-            NothingEarlier: no run had ended.
+            NoEarlierRun: no run had ended.
         """
         require_same_place(self.plan, plan, self.runs[0].log if self.runs else "")
         over = {run.id for run in self.runs if run.ended_ns <= at_ns}
         if not over:
-            raise NothingEarlier
+            raise NoEarlierRun
         return remember((look for look in self.looks if look.run in over), at_ns=at_ns, rates=rates)
 
     def next_day_ns(self, first_ns: int) -> int:

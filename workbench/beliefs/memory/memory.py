@@ -1,4 +1,4 @@
-"""What earlier runs of a place saw: looks with their times, and the last look into each container as a memory."""
+"""The memory of earlier runs in a place: their looks with times, and the last look into each container."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class PastLook:
             raise BadValue("chance of a miss in memory", self.missed, "at least 0 and below 1")
 
 
-class NothingEarlier(InputError):
+class NoEarlierRun(InputError):
     """No log of a memory ended before the run began."""
 
     def __init__(self) -> None:
@@ -100,13 +100,13 @@ def remember(history: Iterable[PastLook], *, at_ns: int, rates: MoveRates) -> Me
     """The memory at a moment: of each container the last look before it, and the pace that the looks show.
 
     Raises:
-        NothingEarlier: every look was later.
+        NoEarlierRun: every look was later.
     """
     past = sorted(
         (look for look in history if look.seen_ns <= at_ns), key=lambda look: (look.seen_ns, look.container)
     )
     if not past:
-        raise NothingEarlier
+        raise NoEarlierRun
     last: dict[ContainerId, PastLook] = {look.container: look for look in past}
     return Memory(
         at_ns=at_ns,

@@ -1,4 +1,4 @@
-"""How often things move: a rate per item type, moves a day, and its table as a file.
+"""Rates of moving per item type, in moves a day, and their table as a file.
 
 A thing that was seen is still there after t days with the chance exp(-pace x rate x t): moves come independently, at
 a constant rate (a Poisson process). The pace is a household's own factor on all rates.

@@ -1,1 +1,1 @@
-"""Where people say that things belong: votes, an estimator that goes by them, and its mixture with a learned one."""
+"""People's votes for where things belong, an estimator based on them, and its mixture with a learned one."""

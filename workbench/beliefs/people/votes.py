@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from workbench.arrays import Floats, Floats32
-from workbench.beliefs.encoder import TextEncoder, generic_name
-from workbench.beliefs.weights import VERSION, Header, Weights, write_weights
+from workbench.beliefs.encoder import TextEncoder, generic_name, half_vectors, header_without_houses
+from workbench.beliefs.weights import Weights, write_weights
 from workbench.errors import FileMissing, MalformedFile
 
 COLUMNS = ("object", "room", "receptacle", "tidy_votes", "untidy_votes", "implausible_votes")
@@ -63,24 +63,15 @@ def write_votes(table: Path, path: Path, encoder: TextEncoder) -> Weights:
             tidy, untidy, all_votes = counts.get((name, *place), (0.0, 0.0, 0.0))
             shares[:, i, j] = (tidy / all_votes, untidy / all_votes) if all_votes else 0.0
     names = sorted({*objects, *(name for place in places for name in place)})
-    vectors = np.concatenate([encoder.encode([name]) for name in names]).astype(np.float16)
-    header = Header(
-        estimator="people",
-        version=VERSION,
-        encoder=encoder.name,
-        houses_sha256="",
-        houses=0,
-        seed=0,
-        metrics={},
-        settings={
-            "objects": objects,
-            "places": [" | ".join(place) for place in places],
-            "names": names,
-            "source": SOURCE,
-        },
-    )
-    tensors = {"tidy": shares[0].astype(np.float16), "untidy": shares[1].astype(np.float16), "vectors": vectors}
-    return write_weights(path, header, tensors)
+    settings = {
+        "objects": objects,
+        "places": [" | ".join(place) for place in places],
+        "names": names,
+        "source": SOURCE,
+    }
+    tidy, untidy = shares.astype(np.float16)
+    tensors = {"tidy": tidy, "untidy": untidy, "vectors": half_vectors(names, encoder)}
+    return write_weights(path, header_without_houses("people", encoder, settings), tensors)
 
 
 def votes_from(weights: Weights) -> Votes:
@@ -123,7 +114,7 @@ def _rows(path: Path) -> Iterator[tuple[str, str, str, tuple[float, float, float
                     raise ValueError(f"more than {MAX_ROWS} rows")
                 tidy, untidy, implausible = (float(row[name]) for name in COLUMNS[3:])
                 if not (min(tidy, untidy, implausible) >= 0 and tidy + untidy + implausible < float("inf")):
-                    raise ValueError("votes that are no counts")
+                    raise ValueError("votes that are not counts")
                 object_name, room, receptacle = (generic_name(row[name]) for name in COLUMNS[:3])
                 yield object_name, room, receptacle, (tidy, untidy, tidy + untidy + implausible)
     except (ValueError, TypeError, AttributeError, OSError, EOFError, csv.Error, zlib.error) as error:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.beliefs.asking.answered_estimator import AnsweredEstimator, goes_by_names_alone
+from workbench.beliefs.asking.answered_estimator import AnsweredEstimator, uses_names_alone
 from workbench.beliefs.belief import Estimator
-from workbench.beliefs.estimators import NoEstimator, as_used
+from workbench.beliefs.estimators import NoEstimator, wrapped_estimator
 from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.evaluation.beliefs.metrics import dummy_travel_costs
 from workbench.tolerances import NEAR_PROBABILITY
@@ -30,7 +30,7 @@ def broken_rules(estimator: object, house: House | None = None) -> tuple[str, ..
         house: to believe in; a shipped one by default.
     """
     try:
-        used = as_used(estimator)
+        used = wrapped_estimator(estimator)
     except NoEstimator as error:
         return (str(error),)
     chosen = house if house is not None else load_house("houses:0")
@@ -74,7 +74,7 @@ def _order_of_types(estimator: Estimator, house: House) -> Iterator[str]:
 
 def _names_alone(estimator: Estimator, house: House) -> Iterator[str]:
     """One that says names_alone is moved by no observation: replays rely on that for exact bounds."""
-    if not goes_by_names_alone(estimator):
+    if not uses_names_alone(estimator):
         return
     nothing, *others = (estimator.believe(knowledge, TYPES) for knowledge in _states(house))
     for belief in others:

@@ -30,18 +30,18 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, progress: Progress =
         raise BadValue(
             "--houses", " ".join(map(str, more)), "one file with --folds; give further training houses with --also"
         )
-    dealt = make_folds(file, folds, assets=request.assets, seed=request.seed)
+    fold_split = make_folds(file, folds, assets=request.assets, seed=request.seed)
     judged: dict[str, list[QueryResult]] = {name: [] for name in names}
     seconds: dict[str, float] = {}
-    with trained_per_fold(names, dealt, None, progress=progress) as believers:
+    with trained_per_fold(names, fold_split, None, progress=progress) as fold_estimators:
         for name in names:
-            for fold, weights in enumerate(believers.weights[name]):
-                chosen, tested = estimator(weights, origin=NameOrigin.USER), dealt.fold(fold)
+            for fold, weights in enumerate(fold_estimators.weights[name]):
+                chosen, tested = estimator(weights, origin=NameOrigin.USER), fold_split.fold(fold)
                 judged[name] += evaluate_estimator(
                     chosen, tested, seen_share=request.seen_share, seed=request.seed + fold
                 )
                 seconds[name] = belief_seconds(chosen, tested)
     identities = {name: f"{name}, {folds.count} folds" for name in names}
-    report = report_of(request, judged, identities, seconds, houses=len(dealt.own.houses))
+    report = report_of(request, judged, identities, seconds, houses=len(fold_split.own.houses))
     report.answer.update({"split": folds.split, "also": [str(p) for p in folds.also]})
     return report

@@ -16,7 +16,13 @@ from tempfile import TemporaryDirectory
 from workbench.beliefs.training.train import houses_sha256, train
 from workbench.beliefs.weights import read_weights
 from workbench.errors import InputError
-from workbench.evaluation.beliefs.fold_weights import Believers, FoldSource, FoldSplit, make_folds, require_trainable
+from workbench.evaluation.beliefs.fold_weights import (
+    FoldEstimators,
+    FoldSource,
+    FoldSplit,
+    make_folds,
+    require_trainable,
+)
 from workbench.evaluation.cluster import Workforce, run_in_order
 from workbench.files import atomic
 
@@ -41,12 +47,12 @@ def no_progress(trained: Iterable[Path], count: int) -> Iterable[Path]:
 @contextmanager
 def trained_per_fold(
     names: Iterable[str],
-    dealt: FoldSplit | None,
+    fold_split: FoldSplit | None,
     output: Path | None,
     *,
     progress: Progress = no_progress,
     on: Workforce = Workforce(),
-) -> Generator[Believers]:
+) -> Generator[FoldEstimators]:
     """A context with estimators retrained for each fold; without folds, with the estimators as they are.
 
     Args:
@@ -56,25 +62,25 @@ def trained_per_fold(
     Raises:
         UnknownName: an estimator cannot be trained. And what run_in_order raises.
     """
-    if dealt is None:
-        yield Believers()
+    if fold_split is None:
+        yield FoldEstimators()
     elif output is not None:
-        yield train_folds(names, dealt, output / "weights", progress=progress, on=on)
+        yield train_folds(names, fold_split, output / "weights", progress=progress, on=on)
     else:
         # Workers of a cluster see the working folder, and not the folder of temporary files here.
         with TemporaryDirectory(dir=Path.cwd() if on.scheduler else None, prefix=".lios-folds-") as temporary:
-            yield train_folds(names, dealt, Path(temporary), progress=progress, on=on)
+            yield train_folds(names, fold_split, Path(temporary), progress=progress, on=on)
 
 
 def train_folds(
     names: Iterable[str],
-    dealt: FoldSplit,
+    fold_split: FoldSplit,
     folder: Path,
     *,
     progress: Progress = no_progress,
     on: Workforce = Workforce(),
     anew: bool = False,
-) -> Believers:
+) -> FoldEstimators:
     """Weights FOLDER/NAME-FOLD-of-COUNT.safetensors, the same bytes whoever trains.
 
     Args:
@@ -88,16 +94,19 @@ def train_folds(
     folder.mkdir(parents=True, exist_ok=True)
     every = [
         FoldTraining(
-            source=dealt.source, estimator=name, fold=fold, path=weights_path(folder, name, fold, dealt.count)
+            source=fold_split.source,
+            estimator=name,
+            fold=fold,
+            path=weights_path(folder, name, fold, fold_split.count),
         )
         for name in chosen
-        for fold in range(dealt.count)
+        for fold in range(fold_split.count)
     ]
-    left = [one for one in every if anew or not _is_made(one, dealt)]
+    left = [one for one in every if anew or not _is_made(one, fold_split)]
     for _ in progress(run_in_order(train_fold, left, workers=on.workers, scheduler=on.scheduler), len(left)):
         pass
     weights = {name: tuple(str(one.path) for one in every if one.estimator == name) for name in chosen}
-    return Believers(weights=weights, fold_of=dealt.fold_of())
+    return FoldEstimators(weights=weights, fold_of=fold_split.fold_of())
 
 
 def weights_path(folder: Path, estimator: str, fold: int, count: int) -> Path:
@@ -129,11 +138,11 @@ def _stamp(file: Path) -> int:
         return 0  # what is missing, reading it tells
 
 
-def _is_made(one: FoldTraining, dealt: FoldSplit) -> bool:
+def _is_made(one: FoldTraining, fold_split: FoldSplit) -> bool:
     """Whether a file holds the weights of this estimator and this training set."""
     try:
         header = read_weights(one.path, estimator=one.estimator).header
     except InputError:
         return False
-    training_set = dealt.training_set(one.fold)
+    training_set = fold_split.training_set(one.fold)
     return header.seed == training_set.seed and header.houses_sha256 == houses_sha256(training_set.houses)

@@ -56,7 +56,7 @@ def folds_from_options(count: int | None, also: Sequence[Path] | None) -> Folds 
     if count is not None:
         return Folds(count=count, also=tuple(also or ()))
     if also:
-        raise BadValue("--also", ", ".join(map(str, also)), "given with --folds: houses that are only learnt from")
+        raise BadValue("--also", ", ".join(map(str, also)), "used with --folds: houses for training only")
     return None
 
 
@@ -110,7 +110,7 @@ class FoldSplit:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Believers:
+class FoldEstimators:
     """The choice of weights for each house: those of its fold, or the named estimator without folds.
 
     Attributes:
@@ -170,7 +170,7 @@ def _require_disjoint(own: TrainingSet, also: TrainingSet | None) -> None:
     twice = [h.plan.name for h in (*also.houses, *also.held_out) if _house_content(h) in judged]
     if twice:
         shown = ", ".join(twice[:3]) + (f" and {len(twice) - 3} more" if len(twice) > 3 else "")
-        raise BadValue("--also", shown, "without houses that are judged")
+        raise BadValue("--also", shown, "disjoint from the evaluated houses")
 
 
 def _house_content(house: House) -> tuple[object, ...]:

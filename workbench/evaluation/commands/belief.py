@@ -56,8 +56,8 @@ def belief(
     names = tuple(name.strip() for name in estimators.split(",") if name.strip())
     if not names:
         raise BadValue("--estimators", estimators, "all, or names with commas between them")
-    dealt = folds_from_options(folds, also)
-    if dealt is not None and figures is not None:
+    fold_split = folds_from_options(folds, also)
+    if fold_split is not None and figures is not None:
         raise BadValue("--figures", str(figures), "without --folds: figures are of one estimator, not of one a fold")
     _check_folder(figures, force=force)
     request = BeliefRequest(
@@ -68,13 +68,13 @@ def belief(
         assets=assets,
         seed=seed,
     )
-    if dealt is None:
+    if fold_split is None:
         report = measure(request, progress=lambda names: progress(list(names), title="Believing"))
     else:
         from workbench.evaluation.beliefs.cross_validation import cross_validate
 
         report = cross_validate(
-            request, dealt, progress=lambda them, total: progress(them, title="Training", total=total)
+            request, fold_split, progress=lambda them, total: progress(them, title="Training", total=total)
         )
     if figures is not None:
         report.answer["figures"] = _draw(request, report, figures, items)

@@ -1,4 +1,4 @@
-"""`lios new`: writes a planner, policy or estimator of one's own with its test, or a house or survey."""
+"""`lios new`: writes a template of a planner, policy or estimator with its test, or of a house or survey."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Folder = Annotated[Path, Option("--output", "-o", help="The folder to write to."
 
 
 def planner(name: Name, output: Folder = Path(), force: Force = False) -> None:
-    """Write a planner that runs at once, and its test.
+    """Write a working planner and its test.
 
     Examples:
 
@@ -24,7 +24,7 @@ def planner(name: Name, output: Folder = Path(), force: Force = False) -> None:
 
 
 def policy(name: Name, output: Folder = Path(), force: Force = False) -> None:
-    """Write a search policy that runs at once, and its test.
+    """Write a working search policy and its test.
 
     Examples:
 
@@ -35,7 +35,7 @@ def policy(name: Name, output: Folder = Path(), force: Force = False) -> None:
 
 
 def estimator(name: Name, output: Folder = Path(), force: Force = False) -> None:
-    """Write an estimator that runs at once, and its test.
+    """Write a working estimator and its test.
 
     Examples:
 
@@ -50,7 +50,7 @@ def house(
     output: Folder = Path(),
     force: Force = False,
 ) -> None:
-    """Write a house of two rooms in YAML, with comments, to adapt.
+    """Write a house of two rooms as commented YAML, to adapt.
 
     Examples:
 
@@ -66,7 +66,7 @@ def site(
     output: Folder = Path(),
     force: Force = False,
 ) -> None:
-    """Write the survey of a real place of one room, NAME/site.yaml, with comments, to adapt.
+    """Write the survey of a one-room real place, NAME/site.yaml, with comments, to adapt.
 
     Examples:
 

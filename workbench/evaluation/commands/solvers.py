@@ -25,7 +25,7 @@ def solvers(
 ) -> None:
     """Compare solvers: status, cost over the optimum, seconds, and whether a validator accepts their plans.
 
-    The problems are those of a trial's first decision, priced as ModelLIOS does. Optima are by sas-lmcut.
+    Each problem is a trial's first decision, priced as by ModelLIOS. Optima are computed by sas-lmcut.
 
     Examples:
 

@@ -9,7 +9,7 @@ from workbench.options import AlsoLearnt, AssetsOrBeside, Force, Json, Scheduler
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from workbench.beliefs.training.train import TrainingSet, Watch
+    from workbench.beliefs.training.train import SensorListener, TrainingSet
     from workbench.evaluation.beliefs.fold_weights import Folds
     from workbench.evaluation.cluster import Workforce
 
@@ -147,12 +147,12 @@ def _train_folds(
     if folds is None or len(houses) != 1:
         given = " ".join(map(str, houses)) or None
         raise BadValue("--houses", given, "one file with --folds; give further training houses with --also")
-    dealt = make_folds(houses[0], folds, assets=assets, seed=seed or 0)
+    fold_split = make_folds(houses[0], folds, assets=assets, seed=seed or 0)
     folder = output or Path(f"{estimator}-folds")
-    say(f"{len(dealt.own.houses)} houses in {folds.count} folds, seed {seed or 0}")
+    say(f"{len(fold_split.own.houses)} houses in {folds.count} folds, seed {seed or 0}")
     made = train_folds(
         [estimator],
-        dealt,
+        fold_split,
         folder,
         progress=lambda trained, total: progress(trained, title="Training", total=total),
         on=on,
@@ -211,7 +211,7 @@ def _watched(run: Any, estimator: str, training_set: TrainingSet, target: Path) 
                 tasks[what] = bar.add_task(what, total=None, loss="")
             bar.update(tasks[what], completed=number, loss=f"held-out loss {loss:.4f}")
 
-        watch: Watch = show
+        watch: SensorListener = show
         return run(estimator, training_set, target, watch=watch)
 
 

@@ -15,7 +15,7 @@ from workbench.evaluation.tasks.names import scenario_title, shortened
 MAX_INLINE_LABELS = 6
 """With more scenarios than this, names are placed beside the plot."""
 
-FEW_DECADES = 2.5
+MAX_FINE_DECADES = 2.5
 """Up to so many decades have ticks at 1, 2 and 5; more have them at 1 only."""
 
 
@@ -52,4 +52,4 @@ def _ticks(seconds: Mapping[str, Floats]) -> tuple[float, ...]:
     values = np.concatenate([*seconds.values(), np.ones(0)])
     values = values[values > 0]
     decades = float(np.log10(values.max() / values.min())) if len(values) else 0.0
-    return (1.0, 2.0, 5.0) if decades <= FEW_DECADES else (1.0,)
+    return (1.0, 2.0, 5.0) if decades <= MAX_FINE_DECADES else (1.0,)

@@ -1,1 +1,1 @@
-"""What memory of earlier runs saves: in searches and in tasks, in houses in which things have moved since."""
+"""The memory experiment: what remembering earlier runs saves, in houses in which things have moved since."""

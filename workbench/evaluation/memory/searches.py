@@ -9,8 +9,8 @@ import numpy as np
 
 from workbench.beliefs.estimators import estimator
 from workbench.beliefs.memory.memory import Memory, PastLook, remember
+from workbench.beliefs.memory.memory_estimator import MemoryEstimator
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
-from workbench.beliefs.memory.remembering import Remembering
 from workbench.errors import LiosError
 from workbench.evaluation.memory.conditions import CONDITIONS, EARLIER_RUNS, HOUR_NS, MemoryCondition, MemoryCost
 from workbench.evaluation.moved_house import moved_house
@@ -112,14 +112,14 @@ def _costs(
     settings: MemorySearches,
 ) -> Iterator[MemoryCost]:
     base = estimator(settings.estimator, origin=NameOrigin.USER)
-    plain, remembering = Beliefs(base, sought), Beliefs(Remembering(base=base, memory=memory), sought)
+    plain, with_memory = Beliefs(base, sought), Beliefs(MemoryEstimator(base=base, memory=memory), sought)
     oracle = oracle_policy(house)
     chosen: SearchPolicy = oracle if name == ORACLE else policy(name, origin=NameOrigin.USER)
     seen = {item_type for look in memory.looks for item_type in look.item_types}
     for item in sought:
         without, remembered, least = (
             search_trial(house, travel, item, searcher, beliefs, costs=settings.costs).cost
-            for searcher, beliefs in ((chosen, plain), (chosen, remembering), (oracle, None))
+            for searcher, beliefs in ((chosen, plain), (chosen, with_memory), (oracle, None))
         )
         yield MemoryCost(
             condition=condition.name,

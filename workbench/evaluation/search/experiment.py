@@ -15,9 +15,8 @@ import numpy as np
 
 from workbench.beliefs.belief import Estimator
 from workbench.errors import BadValue, LiosError
-from workbench.evaluation.beliefs.fold_weights import Believers
+from workbench.evaluation.beliefs.fold_weights import FoldEstimators
 from workbench.evaluation.cluster import run_in_order
-from workbench.evaluation.resumed import KeptResults, content_of, key_of, resumed
 from workbench.evaluation.search.missed_looks import START_OVER, MissedLooks, search_with_misses
 from workbench.evaluation.search.table import GREEDY
 from workbench.evaluation.search.trials import (
@@ -28,6 +27,7 @@ from workbench.evaluation.search.trials import (
     house_trials,
     queries,
 )
+from workbench.evaluation.stored_results import StoredResults, content_of, key_of, run_resumable
 from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.search.policies.oracle import oracle_policy
@@ -45,7 +45,7 @@ class Experiment:
         policies: names, with greedy first and the oracle last, which every table needs.
         estimator: the estimator of the policies.
         paper_estimator: the estimator of the paper's policy, lios.
-        believers: the weights of both for each house, if retrained per fold.
+        fold_estimators: the weights of both for each house, if retrained per fold.
         miss_rate: the chance that a look misses an item; where it is not 0, POLICY@start-over is a policy, too.
         seed: of the draws of misses.
     """
@@ -54,7 +54,7 @@ class Experiment:
     estimator: str
     paper_estimator: str
     costs: ActionCosts = SIMULATION_COSTS
-    believers: Believers = field(default_factory=Believers)
+    fold_estimators: FoldEstimators = field(default_factory=FoldEstimators)
     miss_rate: float = 0.0
     seed: int = 0
 
@@ -65,7 +65,7 @@ class Experiment:
 
     def estimator_for(self, name: str, house: str) -> str:
         """The estimator of a policy in a house: a name or a weights file."""
-        return self.believers.of(self._estimator_of(name), house)
+        return self.fold_estimators.of(self._estimator_of(name), house)
 
     def _estimator_of(self, name: str) -> str:
         return self.paper_estimator if base_policy(name) == PAPER_POLICY else self.estimator
@@ -123,7 +123,7 @@ def run_experiment(
     asked: Mapping[str, tuple[ItemType, ...]] | None = None,
     workers: int = 1,
     scheduler: str = "",
-    kept: KeptResults[HouseResult] | None = None,
+    kept: StoredResults[HouseResult] | None = None,
 ) -> Iterator[HouseResult]:
     """Every policy on every query of every house, in the houses' order.
 
@@ -141,7 +141,7 @@ def run_experiment(
     chosen = ((house, None if asked is None else asked.get(house.plan.name, ())) for house in houses)
     jobs = ((experiment, h.plan, dict(h.contents), items) for h, items in chosen if items is None or items)
     run = partial(run_in_order, _house_of, workers=workers, scheduler=scheduler)
-    yield from run(jobs) if kept is None else resumed(jobs, kept, key=_key_of, run=run)
+    yield from run(jobs) if kept is None else run_resumable(jobs, kept, key=_key_of, run=run)
 
 
 def draw_queries(houses: Iterable[House], count: int, *, rng: np.random.Generator) -> dict[str, tuple[ItemType, ...]]:

@@ -15,8 +15,7 @@ import numpy as np
 
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Failed, OutputExists
-from workbench.evaluation.beliefs.fold_weights import Believers, Folds, FoldSplit, make_folds, require_trainable
-from workbench.evaluation.resumed import KeptResults
+from workbench.evaluation.beliefs.fold_weights import FoldEstimators, Folds, FoldSplit, make_folds, require_trainable
 from workbench.evaluation.search.calibration import look_calibration
 from workbench.evaluation.search.experiment import (
     Experiment,
@@ -29,6 +28,7 @@ from workbench.evaluation.search.table import Costs, costs_of, pairs, rows, rows
 from workbench.evaluation.search.trials import SearchTrial
 from workbench.evaluation.splits import effective_split, is_shared, split_indices, split_of
 from workbench.evaluation.statistics import intervals_in_words
+from workbench.evaluation.stored_results import StoredResults
 from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ActionCosts
@@ -108,7 +108,7 @@ class SearchRequest:
         return effective_split(self.file, self.part) if self.folds is None else self.folds.split
 
     @cached_property
-    def dealt(self) -> FoldSplit | None:
+    def fold_split(self) -> FoldSplit | None:
         """The houses in folds; None without folds. Raises InputError as for `deal`."""
         return None if self.folds is None else make_folds(self.file, self.folds, assets=self.assets, seed=self.seed)
 
@@ -136,8 +136,8 @@ class SearchRequest:
 
     def chosen_houses(self) -> Iterator[House]:
         """Yield the houses of the part, or all houses of the folds."""
-        if self.dealt is not None:
-            yield from self.dealt.own.houses
+        if self.fold_split is not None:
+            yield from self.fold_split.own.houses
             return
         wanted = None
         if is_shared(self.file):
@@ -171,26 +171,22 @@ class SearchReport:
 def measure(
     request: SearchRequest,
     *,
-    believers: Believers | None = None,
+    fold_estimators: FoldEstimators | None = None,
     progress: Progress = iter,
-    kept: KeptResults[HouseResult] | None = None,
+    kept: StoredResults[HouseResult] | None = None,
 ) -> SearchReport:
     """Run every trial.
 
-        Args:
-            believers: weights by house, for a request with folds.
-    <<<<<<< HEAD
-            watched: wraps the results as they come, for a progress bar.
-            kept: results of the same evaluation, stopped before.
-    =======
-            progress: wraps the results as they come, for a progress bar.
-    >>>>>>> main
+    Args:
+        fold_estimators: the estimators of each house's fold, for a request with folds.
+        progress: wraps the results as they come, for a progress bar.
+        kept: results of the same evaluation, stopped before.
 
-        Raises:
-            NoTrials: there is no query.
-            InputError: a file, policy or estimator cannot be used.
+    Raises:
+        NoTrials: there is no query.
+        InputError: a file, policy or estimator cannot be used.
     """
-    experiment = replace(request.experiment(), believers=believers or Believers())
+    experiment = replace(request.experiment(), fold_estimators=fold_estimators or FoldEstimators())
     began = time.perf_counter()
     results = list(
         progress(
@@ -258,7 +254,7 @@ def output_folder(path: Path, *, force: bool) -> Path:
     return path
 
 
-def kept_houses(folder: Path, *, force: bool) -> KeptResults[HouseResult]:
+def kept_houses(folder: Path, *, force: bool) -> StoredResults[HouseResult]:
     """The results that a stopped evaluation left in its folder; with force, none.
 
     Raises:
@@ -267,7 +263,7 @@ def kept_houses(folder: Path, *, force: bool) -> KeptResults[HouseResult]:
     path = folder / KEPT_FILE
     if force:
         path.unlink(missing_ok=True)
-    return KeptResults(path, HouseResult)
+    return StoredResults(path, HouseResult)
 
 
 def write_report(report: SearchReport, answer: dict[str, Any], folder: Path) -> list[Path]:

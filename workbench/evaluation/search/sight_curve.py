@@ -1,4 +1,4 @@
-"""What seeing open furniture in passing saves in object search, over the range of sight: paired, by house."""
+"""The sight experiment: what seeing open furniture in passing saves in object search, by range of sight."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class SightHouse:
     skipped: str = ""
 
 
-def seeing_searches(houses: Iterable[House], settings: SightSearches) -> Iterator[SightHouse]:
+def searches_with_sight(houses: Iterable[House], settings: SightSearches) -> Iterator[SightHouse]:
     """Every radius, policy and query, house by house."""
     for house in houses:
         if settings.asked is not None and house.plan.name not in settings.asked:

@@ -13,7 +13,7 @@ import msgspec
 
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Unsupported
-from workbench.evaluation.beliefs.fold_weights import Believers, Folds, FoldSplit, make_folds, require_trainable
+from workbench.evaluation.beliefs.fold_weights import FoldEstimators, Folds, FoldSplit, make_folds, require_trainable
 from workbench.evaluation.splits import effective_split, split_indices
 from workbench.evaluation.tasks.cell_filter import CellFilter, cell_filter
 from workbench.evaluation.tasks.rows import TaskRow
@@ -64,7 +64,7 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
         """A description of the evaluated houses."""
         return self.fold_settings.split if self.fold_settings else effective_split(self.houses, self.split)
 
-    def dealt(self) -> FoldSplit | None:
+    def fold_split(self) -> FoldSplit | None:
         """The houses in folds; None without folds. Raises InputError as for `deal`."""
         folds = self.fold_settings
         if folds is None:
@@ -146,18 +146,18 @@ def strategy_list(names: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*chosen, "oracle")))
 
 
-def plan_trials(request: TaskRequest, dealt: FoldSplit | None = None) -> Plan:
+def plan_trials(request: TaskRequest, fold_split: FoldSplit | None = None) -> Plan:
     """All trials of a request. Houses that cannot support a scenario are reported, not skipped silently.
 
     Args:
-        dealt: the houses in folds, for a request with folds.
+        fold_split: the houses in folds, for a request with folds.
     """
     path = Path(request.houses)
     count = sum(1 for _ in house_lines(path))
-    if dealt is None:
+    if fold_split is None:
         indices = split_indices(path, request.split, houses=count)
     else:
-        judged = dealt.fold_of()
+        judged = fold_split.fold_of()
         indices = tuple(k for k in range(count) if house_name(path, k) in judged)
     if not indices:
         raise BadValue("houses", f"{path} ({request.split})", "a file with houses in that split")
@@ -179,14 +179,14 @@ def remaining_units(
     done: Iterable[TaskRow],
     tap: EventHook | None,
     meant: CellFilter = cell_filter(""),
-    believers: Believers | None = None,
+    fold_estimators: FoldEstimators | None = None,
 ) -> list[Unit]:
     """The remaining work of the selected cells.
 
     Args:
-        believers: weights by house, of a request with folds.
+        fold_estimators: weights by house, of a request with folds.
     """
-    weights = believers or Believers()
+    weights = fold_estimators or FoldEstimators()
     have = {(row.scenario, row.trial, row.strategy) for row in done}
     units: list[Unit] = []
     for key in keys:

@@ -12,7 +12,7 @@ from typing import BinaryIO
 import msgspec
 
 from workbench.errors import InputError, MalformedFile
-from workbench.evaluation.resumed import EvaluationInProgress
+from workbench.evaluation.stored_results import EvaluationInProgress
 from workbench.evaluation.tasks.experiment import TaskRequest
 from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.file_lock import locked
@@ -21,7 +21,7 @@ from workbench.files import write_atomically
 LOCK_FILE = ".lock"
 
 
-class OtherEvaluation(InputError):
+class DifferentEvaluation(InputError):
     """The folder holds the trials of another evaluation."""
 
     def __init__(self, folder: Path, field: str, theirs: object, ours: object) -> None:
@@ -39,7 +39,7 @@ class TrialStore:
 
     Raises:
         EvaluationInProgress: another process writes there.
-        OtherEvaluation: the folder holds rows of another request.
+        DifferentEvaluation: the folder holds rows of another request.
         MalformedFile: its files are invalid.
     """
 
@@ -97,11 +97,11 @@ def _same_request(folder: Path, theirs: TaskRequest, ours: TaskRequest) -> None:
     """Check that only trials, scenarios or strategies differ, which extend the evaluation."""
     for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets", "folds", "also", "miss_rate"):
         if getattr(theirs, field) != getattr(ours, field):
-            raise OtherEvaluation(folder, field, getattr(theirs, field), getattr(ours, field))
+            raise DifferentEvaluation(folder, field, getattr(theirs, field), getattr(ours, field))
 
 
 def read_request(path: Path) -> TaskRequest:
     try:
         return msgspec.json.decode(path.read_bytes(), type=TaskRequest)
     except msgspec.MsgspecError as error:
-        raise MalformedFile(path, f"no settings of an evaluation: {error}", "Give another folder") from error
+        raise MalformedFile(path, f"not the settings of an evaluation: {error}", "Give another folder") from error

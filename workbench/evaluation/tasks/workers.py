@@ -39,7 +39,7 @@ def run_units(units: list[Unit], *, workers: int, scheduler: str = "") -> Iterat
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
 
     Raises:
-        MissingExtra, InputError, OtherVersion, ClusterLost: as on_cluster, with a scheduler.
+        MissingExtra, InputError, WorkerVersionDiffers, ClusterLost: as on_cluster, with a scheduler.
     """
     if scheduler:
         for _, rows in on_cluster(run_unit, units, scheduler=scheduler, workers=workers):

@@ -9,7 +9,7 @@ from workbench.planning.builtin.attempts import Attempt
 from workbench.planning.builtin.recipe_arrays import place_of
 from workbench.planning.builtin.search_interface import CARRY, CHOOSE, FETCH, PLACE
 from workbench.planning.plans import Plan, PlanStep
-from workbench.planning.problem import MISSING, Problem, Thing
+from workbench.planning.problem import MISSING, PlanningItem, Problem
 from workbench.search.ties import first_of_least
 from workbench.worlds.house import LocationId
 
@@ -26,7 +26,7 @@ class _PlanWriter:
         self.problem, self.attempt = problem, attempt
         self.things = {thing.id: thing for thing in problem.things}
         self.robot = problem.robot_at
-        self.chosen: dict[int, Thing] = {}
+        self.chosen: dict[int, PlanningItem] = {}
         self.at: dict[int, LocationId] = {}
         self.out: list[PlanStep] = []
 
@@ -54,7 +54,7 @@ class _PlanWriter:
         else:
             self.prepare(x, b)
 
-    def fitting(self, slot: int) -> list[Thing]:
+    def fitting(self, slot: int) -> list[PlanningItem]:
         return [self.things[name] for name in self.attempt.recipe.slots[slot].things]
 
     def fetch(self, slot: int, b: LocationId) -> None:
@@ -72,7 +72,7 @@ class _PlanWriter:
         self.handle("pick", self.chosen[slot])
         self.walk(b)
 
-    def find(self, thing: Thing, i: int, j: int) -> None:
+    def find(self, thing: PlanningItem, i: int, j: int) -> None:
         """The find, and the walks before and after it, between two locations by their numbers."""
         locations, costs, routes = self.problem.locations, self.problem.find_costs, self.attempt.routes
         assert costs is not None, "what is missing is offered with its find costs"
@@ -97,14 +97,14 @@ class _PlanWriter:
             )
         )
 
-    def handle(self, action: str, thing: Thing) -> None:
+    def handle(self, action: str, thing: PlanningItem) -> None:
         self.step(action, self.robot, thing, self.problem.costs.manipulation)
 
     def walk(self, b: LocationId) -> None:
         if b != self.robot:
             self.step("move", b, None, self.problem.distance(self.robot, b))
 
-    def step(self, action: str, target: LocationId, thing: Thing | None, cost: float) -> None:
+    def step(self, action: str, target: LocationId, thing: PlanningItem | None, cost: float) -> None:
         self.out.append(
             PlanStep(
                 action=action,
@@ -118,7 +118,7 @@ class _PlanWriter:
         self.robot = target
 
 
-def _fetch_cost(problem: Problem, thing: Thing, attempt: Attempt, i: int, j: int) -> float:
+def _fetch_cost(problem: Problem, thing: PlanningItem, attempt: Attempt, i: int, j: int) -> float:
     """One entry of a thing's own table of errands, by the numbers of two locations."""
     at, costs = place_of(problem, thing), problem.find_costs
     if at is None:

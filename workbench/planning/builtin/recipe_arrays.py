@@ -9,7 +9,7 @@ import numpy as np
 from workbench.arrays import Floats, Ints
 from workbench.planning.builtin.recipes import Operation, Recipe
 from workbench.planning.builtin.search_interface import RecipeArrays
-from workbench.planning.problem import Problem, Thing
+from workbench.planning.problem import PlanningItem, Problem
 from workbench.worlds.house import LocationId
 
 if TYPE_CHECKING:
@@ -133,6 +133,6 @@ EMPTY_OPERATIONS = _operations(Recipe())
 """Operation arrays of recipes without preparations."""
 
 
-def place_of(problem: Problem, thing: Thing) -> LocationId | None:
+def place_of(problem: Problem, thing: PlanningItem) -> LocationId | None:
     """Where an item stands once the hand is free; None if it is missing."""
     return problem.robot_at if thing.held else thing.at

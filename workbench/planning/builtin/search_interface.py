@@ -1,6 +1,6 @@
 """The input of the compiled recipe search (astar.py) and its integer codes.
 
-They are in a module of their own because importing numba takes a while.
+They are in a separate module because importing numba takes a while.
 """
 
 from __future__ import annotations

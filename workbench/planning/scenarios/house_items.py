@@ -1,6 +1,4 @@
-"""What every kind of scenario needs of a house: items added to it, places to serve at, and the error if it lacks
-something.
-"""
+"""Requirements of scenarios on a house: items added to it, and the error if it lacks something."""
 
 from __future__ import annotations
 

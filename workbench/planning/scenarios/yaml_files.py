@@ -230,7 +230,7 @@ class _Reader:
             return default
         node = self.top[key]
         if not isinstance(node, yaml.ScalarNode):
-            raise self.wrong(node, f"{key} is no number", "Give a number of at least 0")
+            raise self.wrong(node, f"{key} is not a number", "Give a number of at least 0")
         try:
             value = float(str(node.value))
         except ValueError:

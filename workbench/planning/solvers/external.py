@@ -119,8 +119,8 @@ class EngineUse(MessageEnum):
     """Whether an engine of unified-planning is offered as a solver, and if not, why."""
 
     OFFERED = ""
-    NO_COSTS = "it does not plan with action costs, so that its plans would be cheap only by chance"
-    NO_REAL_COSTS = "it reads whole numbers alone, and unified-planning reads the costs of PDDL as real ones"
+    NO_COSTS = "it ignores action costs, so its plans would be cheap only by chance"
+    NO_REAL_COSTS = "it supports only integers, and unified-planning reads PDDL costs as reals"
 
 
 REFUSED = {"aries": EngineUse.NO_REAL_COSTS}

@@ -5,9 +5,9 @@ weighted A* of weight 2 with the FF heuristic, preferred operators, and every ac
 heuristic. `ff-astar` is plain A* with the FF heuristic, plus one in path costs alone. `anytime` returns the best plan
 found in its time. None of these three is optimal.
 
-The planner is a program of its own (GPL-3.0-only) that the extra "planners" installs; it is run, never imported. The
+The planner is a separate program (GPL-3.0-only) that the extra "planners" installs; it is run, never imported. The
 SAS+ route has a printer of its own (sas.py) and not Fast Downward's translator, which grounds PDDL anew at every
-decision in an interpreter of its own.
+decision in a new interpreter.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ MAX_PLAN_BYTES = 1_000_000
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FastDownward:
-    """A search of Fast Downward by one of the two routes, in a process of its own.
+    """A search of Fast Downward by one of the two routes, in a separate process.
 
     Raises:
         UnknownName: no such search.

@@ -13,7 +13,7 @@ from itertools import product
 
 from workbench.planning.actions import PREPARATIONS, Preparation
 from workbench.planning.plans import PlanStep
-from workbench.planning.problem import Problem, Thing, goal_alternatives
+from workbench.planning.problem import PlanningItem, Problem, goal_alternatives
 from workbench.planning.tasks import Delivered, Holding
 from workbench.worlds.house import LocationId
 
@@ -25,12 +25,12 @@ class GoalAssignment:
     """One way of meeting the goal with particular items: the condition on each of them."""
 
     wants: tuple[Delivered | Holding, ...]
-    things: tuple[Thing, ...]
+    things: tuple[PlanningItem, ...]
 
 
-def preparation_bindings(problem: Problem) -> tuple[tuple[Preparation, tuple[Thing, ...]], ...]:
+def preparation_bindings(problem: Problem) -> tuple[tuple[Preparation, tuple[PlanningItem, ...]], ...]:
     """Every preparation with every assignment of different items to its parts."""
-    found: list[tuple[Preparation, tuple[Thing, ...]]] = []
+    found: list[tuple[Preparation, tuple[PlanningItem, ...]]] = []
     for preparation in PREPARATIONS:
         fitting = [[t for t in problem.things if t.type in part.types] for part in preparation.parts]
         found += [(preparation, cast) for cast in product(*fitting) if len({t.id for t in cast}) == len(cast)]
@@ -93,7 +93,7 @@ def preparation_steps(problem: Problem) -> Iterator[tuple[Preparation, PlanStep]
             yield preparation, _on_the_spot(preparation.name, things, at, problem)
 
 
-def _on_the_spot(action: str, things: tuple[Thing, ...], at: LocationId, problem: Problem) -> PlanStep:
+def _on_the_spot(action: str, things: tuple[PlanningItem, ...], at: LocationId, problem: Problem) -> PlanStep:
     return PlanStep(
         action=action,
         origin=at,

@@ -143,7 +143,7 @@ _FIND = """(:action find :parameters (?o - item ?a ?b - location)
  :effect (and (not (rob-at ?a)) (rob-at ?b) (not (hand-is-free)) (not (missing ?o)) (holding ?o)
    (increase (total-cost) (find-cost ?o ?a ?b))))"""
 _FIND_HERE = "find-here"
-"""A find that ends where it began, as an action of its own: `find` would both delete and add (rob-at ?a). By PDDL the
+"""A find that ends where it began, as a separate action: `find` would both delete and add (rob-at ?a). By PDDL the
 robot then is there; ENHSP takes it to be nowhere."""
 _FINDING_HERE = f"""(:action {_FIND_HERE} :parameters (?o - item ?a - location)
  :precondition (and (rob-at ?a) (hand-is-free) (missing ?o))

@@ -187,12 +187,13 @@ def _setup(here: SearchSpace, miss: Floats, costs: ActionCosts, model: LookModel
     )
     counts = (0, model.looks) if costs.search == 0 else tuple(range(model.looks + 1))
     each = np.broadcast_to(miss[:, None], here.probability.shape)
+    between_m, from_m, to_m = here.over(chosen)
     return _Setup(
         candidates=chosen,
         missing=still_missing_by_counts(here.probability, chosen, each, model.belief_model, counts),
-        between_m=here.between_m[chosen[:, :, None], chosen[:, None, :]],
-        from_m=np.ascontiguousarray(here.from_m[:, chosen].swapaxes(0, 1)),
-        found=costs.manipulation + here.to_m[chosen],
+        between_m=between_m,
+        from_m=from_m,
+        found=costs.manipulation + to_m,
     )
 
 

@@ -29,7 +29,7 @@ from workbench.worlds.names import generic_type
 
 AREA_CLASSES = 3
 """Size classes of rooms: small, medium, large."""
-ENOUGH = 15
+MIN_MULTI_ROOM_CONTAINERS = 15
 """Minimum number of containers in multi-room houses for a statistic; with fewer, single-room houses are included."""
 MIN_SEEN = 3
 """Item types seen less often in the training houses are never drawn, but count in the number of items."""
@@ -250,8 +250,8 @@ def _contents(houses: Sequence[House], plans: Sequence[House]) -> dict[str, Cont
     kept = {t for t, n in total.items() if n >= MIN_SEEN and t not in LEFT_OUT}
     shares: dict[str, ContentShares] = {}
     for key in sorted(everywhere):
-        source = several[key] if len(several.get(key, ())) >= ENOUGH else everywhere[key]
-        if key.startswith("/") or len(source) >= ENOUGH:
+        source = several[key] if len(several.get(key, ())) >= MIN_MULTI_ROOM_CONTAINERS else everywhere[key]
+        if key.startswith("/") or len(source) >= MIN_MULTI_ROOM_CONTAINERS:
             shares[key] = _content_shares(source, kept)
     return shares
 

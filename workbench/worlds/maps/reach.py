@@ -1,4 +1,4 @@
-"""Which rooms and containers of a floor plan a robot reaches, what joins the rooms, and why some are cut off."""
+"""Reachability of rooms and containers in a floor plan, what joins the rooms, and why some are cut off."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from workbench.worlds.procthor.room_fit import clip_to_room
 from workbench.worlds.procthor.schema import AgentJson, ObjectJson
 from workbench.worlds.procthor.unity_frame import pose_from_unity
 
-STANDS_BELOW_M = 1.2
+MAX_FLOOR_CENTRE_M = 1.2
 """An object with a lower centre stands on the floor, so that its height is twice that of its centre."""
 
 
@@ -87,7 +87,7 @@ def _size(
         size = asset.size_m
     else:
         depth, width, height = size_of_asset_m(record.assetId or "") or usual_size_m(type_name)
-        size = (depth, width, 2 * middle if 0.02 < middle < STANDS_BELOW_M else height)
+        size = (depth, width, 2 * middle if 0.02 < middle < MAX_FLOOR_CENTRE_M else height)
     return size, max(0.0, middle - size[2] / 2)
 
 

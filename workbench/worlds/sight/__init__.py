@@ -1,1 +1,1 @@
-"""What a robot sees in passing: open furniture within its sight radius, with no wall between."""
+"""Sight in passing: open furniture within the robot's sight radius, with no wall between."""

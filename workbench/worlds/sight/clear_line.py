@@ -1,4 +1,4 @@
-"""Whether a wall stands between two points of a floor, by the walls themselves.
+"""The test whether a wall is between two points of a floor, by the geometry of the walls.
 
 LinesOfSight answers from a grid, for all points of a floor at once, and takes what is outside the rooms for a wall.
 """

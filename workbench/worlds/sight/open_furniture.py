@@ -1,4 +1,4 @@
-"""Which containers need no opening, so that a robot sees what is in them from a distance.
+"""The table of open furniture: containers whose contents a robot sees from a distance.
 
 The table is data/open_furniture.csv: one row per container type, with the reason. Closed are the types with an asset
 that AI2-THOR marks as one that opens (asset property CanOpen), and those whose sides hide what is in them.

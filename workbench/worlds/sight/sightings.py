@@ -1,4 +1,4 @@
-"""Ways of a robot that sees open furniture in passing: what comes into view where, and where it stops for it.
+"""Paths of a robot that sees open furniture in passing: what comes into view where, and where it stops.
 
 Shared by the simulated world and by replay, which must agree: both work it out from the floor plan and the ways.
 """

@@ -166,9 +166,9 @@ def read_site_file(path: Path) -> SiteFile:
         raise MalformedFile(path, f"container ids {', '.join(twice)} are taken twice", "Give each its own id")
     items = [tag.item for tag in file.tags.values()]
     if len(set(items)) != len(items):
-        raise MalformedFile(path, "two tags name the same item", "Give each tag an item of its own")
+        raise MalformedFile(path, "two tags name the same item", "Give each tag its own item")
     both = sorted(set(items) & {*ids, "start"})
     if both:
-        fix = "Give the item an id of its own, for instance WaterBottle|1"
+        fix = "Give the item another id, for instance WaterBottle|1"
         raise MalformedFile(path, f"{', '.join(both)} is the id of a location and of an item", fix)
     return file

@@ -1,4 +1,4 @@
-"""What a simulated robot of older software lacks, as an interceptor of its server.
+"""Older software of a simulated robot: an interceptor that removes later calls and fields.
 
 By comparison of the descriptors of bosdyn-api 3.0.0, 3.3.2, 4.0.0, 4.1.1, 5.0.0 and 5.2.0: of the methods that the
 client calls and the fields that the simulated robot fills, those that came later than 3.0.0, each with the first of

@@ -136,7 +136,7 @@ class SimulatedSpot:
     def inject(self, kind: FaultKind, for_s: float | None = None) -> None:
         """Inject a fault now."""
         with self.state.alive() as state:
-            state.suffer(Fault(kind=kind, at_s=state.body.lived_s, for_s=for_s))
+            state.apply_fault(Fault(kind=kind, at_s=state.body.lived_s, for_s=for_s))
         if kind is FaultKind.CLOCK_SKEW:
             self._time_sync.forget()
 

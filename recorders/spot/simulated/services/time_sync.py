@@ -16,7 +16,7 @@ from recorders.spot.simulated.frames import stamp
 from recorders.spot.simulated.robot import RobotState
 from workbench.log_schema.events import NANO
 
-ENOUGH_SAMPLES, KEPT_SAMPLES = 5, 50
+MIN_SAMPLES, KEPT_SAMPLES = 5, 50
 """Number of round trips before the estimate is valid, and number from which the best is chosen."""
 
 
@@ -51,7 +51,7 @@ class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
                 answer.previous_estimate.CopyFrom(_estimate_message(trips[-1]))
                 state.best_estimate.CopyFrom(_estimate_message(min(trips)))
                 state.measurement_time.CopyFrom(stamp(received))
-            if self._count.get(name, 0) >= ENOUGH_SAMPLES:
+            if self._count.get(name, 0) >= MIN_SAMPLES:
                 state.status = time_sync_pb2.TimeSyncState.STATUS_OK
             answer.state.CopyFrom(state)
         answer.header.CopyFrom(header_of(self._state, request, received))

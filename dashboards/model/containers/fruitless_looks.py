@@ -1,4 +1,4 @@
-"""What is left of a belief after looks that could have missed the item: Bayes, look by look."""
+"""The posterior belief after looks that could have missed the item: Bayes, look by look."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from workbench.beliefs.after_looks import posterior_after_misses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LooksInVain:
+class FruitlessLooks:
     """Looks into one container that did not show an item that they could have missed.
 
     Attributes:
@@ -36,7 +36,7 @@ class LooksInVain:
         return self.posterior[self.by_now][1]
 
 
-def looks_in_vain(timeline: Timeline, container: str, item_type: str, stamp_ns: int) -> LooksInVain | None:
+def fruitless_looks(timeline: Timeline, container: str, item_type: str, stamp_ns: int) -> FruitlessLooks | None:
     """The looks in vain up to the one that showed the item; None where looks show everything or nothing is believed.
 
     Each look detects the item, where it is, with p_detect of the log.
@@ -48,15 +48,17 @@ def looks_in_vain(timeline: Timeline, container: str, item_type: str, stamp_ns: 
     for seen in sorted(timeline.run.observations, key=lambda o: o.stamp.ns):
         if seen.container != container or seen.known_at_start or seen.look is None:
             continue
-        told = dict(zip(seen.look.item_types, seen.look.p_detect, strict=True))
-        if item_type not in told or any(item.type == item_type for item in seen.items):
+        detection = dict(zip(seen.look.item_types, seen.look.p_detect, strict=True))
+        if item_type not in detection or any(item.type == item_type for item in seen.items):
             break
-        p_detect, p = told[item_type], posterior[-1][1]
+        p_detect, p = detection[item_type], posterior[-1][1]
         left = posterior_after_misses(np.array(p), np.array(1.0 - p_detect))
         posterior.append((seen.stamp.ns, float(left)))
     if len(posterior) == 1:
         return None
-    return LooksInVain(p_detect=p_detect, posterior=posterior, by_now=sum(at <= stamp_ns for at, _ in posterior[1:]))
+    return FruitlessLooks(
+        p_detect=p_detect, posterior=posterior, by_now=sum(at <= stamp_ns for at, _ in posterior[1:])
+    )
 
 
 def _first_belief(timeline: Timeline, container: str, item_type: str) -> tuple[int, float] | None:

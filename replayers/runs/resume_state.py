@@ -1,4 +1,4 @@
-"""What logs of one place know together at their end: where each item is, for a run that goes on from them."""
+"""The combined knowledge of the logs of one place at their end, for a run that resumes from them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import hypot
 from types import MappingProxyType
 
-from recorders.spot.run.taken_over import EarlierLog, TakenOver
+from recorders.spot.run.resumed_knowledge import EarlierLog, ResumedKnowledge
 from replayers.runs.gaps import gaps_of
 from replayers.runs.run import Run
 from workbench.errors import BadValue, InputError
@@ -36,11 +36,11 @@ class OtherPlace(InputError):
 
 
 class HasGaps(InputError):
-    """Messages within the log are missing, so that it does not tell where things are now."""
+    """Messages within the log are missing, so that it does not show where things are now."""
 
     def __init__(self, run: Run, lost: str) -> None:
         super().__init__(
-            f"{run.path}: the log is not whole ({lost}), so it does not tell where things are. Leave it out."
+            f"{run.path}: the log is not whole ({lost}), so it does not show where things are. Leave it out."
         )
 
 
@@ -96,7 +96,9 @@ def _item(item_id: str, item_type: str) -> Item:
     return Item(id=ItemId(item_id), type=ItemType(item_type))
 
 
-def taken_over(runs: Sequence[Run], plan: FloorPlan, travel: TravelCosts, *, held_at: str = "") -> TakenOver:
+def known_from_logs(
+    runs: Sequence[Run], plan: FloorPlan, travel: TravelCosts, *, held_at: str = ""
+) -> ResumedKnowledge:
     """What logs know together.
 
     Args:
@@ -123,7 +125,7 @@ def taken_over(runs: Sequence[Run], plan: FloorPlan, travel: TravelCosts, *, hel
     if where.held is not None or held_at:
         _put_held(interrupted, where, plan, held_at)
     reached = {c.id for c in plan.containers if travel.reaches(LocationId(c.id))}
-    return TakenOver(
+    return ResumedKnowledge(
         logs=tuple(EarlierLog(log=run.path.name, run_id=run.info.run_id, sha256=run.sha256) for run in runs),
         known=MappingProxyType({c: where.known[c] for c in sorted(where.known)}),
         put=MappingProxyType({c: items for c, items in sorted(where.put.items()) if items and c in reached}),

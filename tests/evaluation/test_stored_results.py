@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.evaluation.resumed import EvaluationInProgress, KeptResults, content_of, key_of, resumed
+from workbench.evaluation.stored_results import EvaluationInProgress, StoredResults, content_of, key_of, run_resumable
 
 
 def run_of(units: list[int], path: Path, ran: list[int]) -> Iterator[int]:
@@ -19,8 +19,8 @@ def run_of(units: list[int], path: Path, ran: list[int]) -> Iterator[int]:
             ran.append(unit)
             yield -unit
 
-    with KeptResults(path, int) as kept:
-        yield from resumed(units, kept, key=str, run=run)
+    with StoredResults(path, int) as kept:
+        yield from run_resumable(units, kept, key=str, run=run)
 
 
 def test_what_is_there_is_not_run_again_and_the_order_stays(tmp_path: Path) -> None:
@@ -44,8 +44,8 @@ def test_a_torn_line_is_run_again(tmp_path: Path) -> None:
 
 
 def test_two_do_not_write_at_once(tmp_path: Path) -> None:
-    with KeptResults(tmp_path / "kept.jsonl", int), pytest.raises(EvaluationInProgress, match="another evaluation"):
-        KeptResults(tmp_path / "kept.jsonl", int)
+    with StoredResults(tmp_path / "kept.jsonl", int), pytest.raises(EvaluationInProgress, match="another evaluation"):
+        StoredResults(tmp_path / "kept.jsonl", int)
 
 
 def test_keys_differ_with_every_part_and_with_the_code_of_a_policy(

@@ -1,4 +1,4 @@
-"""Results kept one by one in a file, so that an evaluation that was stopped goes on where it was.
+"""Results stored one by one in a file, so that a stopped evaluation can be resumed.
 
 Each line of the file is a result with the key of its unit: a digest of all that the result depends on. What has
 another key, or cannot be read, such as a line that a kill cut off, is computed again.
@@ -36,7 +36,7 @@ class _Line(msgspec.Struct, frozen=True, kw_only=True):
     result: msgspec.Raw
 
 
-class KeptResults(Generic[Result]):
+class StoredResults(Generic[Result]):
     """The results in a file, and those that are added to it, each written out at once.
 
     Args:
@@ -58,7 +58,7 @@ class KeptResults(Generic[Result]):
             self._stream.write(b"\n")
         self._found = dict(_readable(data.splitlines(), kind))
 
-    def __enter__(self) -> KeptResults[Result]:
+    def __enter__(self) -> StoredResults[Result]:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -82,9 +82,9 @@ class KeptResults(Generic[Result]):
         self.path.unlink(missing_ok=True)
 
 
-def resumed(
+def run_resumable(
     units: Iterable[Unit],
-    kept: KeptResults[Result],
+    kept: StoredResults[Result],
     *,
     key: Callable[[Unit], str],
     run: Callable[[Iterable[Unit]], Iterator[Result]],

@@ -11,9 +11,9 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house, toy_plan, to
 from workbench.beliefs.asking.answered_estimator import answered
 from workbench.beliefs.asking.state_questions import StateQuestions
 from workbench.beliefs.belief import Belief
-from workbench.beliefs.memory.memory import Memory, NothingEarlier, PastLook, remember
+from workbench.beliefs.memory.memory import Memory, NoEarlierRun, PastLook, remember
+from workbench.beliefs.memory.memory_estimator import MemoryEstimator, turned_over, with_memory, without_memory
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
-from workbench.beliefs.memory.remembering import Remembering, remembering, turned_over, without_memory
 from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
@@ -54,7 +54,7 @@ def start(**known: tuple[str, ...]) -> Knowledge:
 
 
 def believed(held: Memory, item_type: ItemType, container: ContainerId, knowledge: Knowledge | None = None) -> float:
-    belief = Remembering(base=Flat(), memory=held).believe(knowledge or start(), (item_type,))
+    belief = MemoryEstimator(base=Flat(), memory=held).believe(knowledge or start(), (item_type,))
     return float(belief.of(item_type)[belief.containers.index(container)])
 
 
@@ -93,14 +93,14 @@ def test_an_empty_look_that_can_miss_leaves_a_chance() -> None:
 
 def test_searched_containers_are_not_believed_in_and_no_memory_changes_nothing() -> None:
     knowledge = start().seen(TABLE, ())
-    belief = Remembering(base=Flat(), memory=memory(look(TABLE, MUG), day=1.0)).believe(knowledge, (MUG, BOOK))
+    belief = MemoryEstimator(base=Flat(), memory=memory(look(TABLE, MUG), day=1.0)).believe(knowledge, (MUG, BOOK))
     assert TABLE not in belief.containers
     base = Flat()
-    assert remembering(base, None) is base
+    assert with_memory(base, None) is base
 
 
 def test_names_tell_memories_apart() -> None:
-    one, other = (Remembering(base=Flat(), memory=memory(look(TABLE, MUG), day=day)) for day in (1.0, 2.0))
+    one, other = (MemoryEstimator(base=Flat(), memory=memory(look(TABLE, MUG), day=day)) for day in (1.0, 2.0))
     assert one.name != other.name
     assert without_memory(one.name) == "flat@0"
 
@@ -111,7 +111,7 @@ def test_of_each_container_the_last_look_before_the_run_counts() -> None:
     assert [x.run for x in held.looks] == ["b"]
     assert held.runs == ("a", "b")
     assert held.pace > 1.0, "the mug was gone after a day"
-    with pytest.raises(NothingEarlier):
+    with pytest.raises(NoEarlierRun):
         remember(looks, at_ns=0, rates=RATES)
 
 
@@ -135,6 +135,6 @@ def test_what_is_gone_from_its_place_may_be_anywhere() -> None:
 
 def test_an_estimator_that_asks_has_no_memory() -> None:
     asks = answered(StateQuestions("asks", None, names_alone=False), may_ask=False)
-    with pytest.raises(BadValue, match="an estimator that asks nobody"):
-        remembering(asks, memory(look(DESK, MUG), day=1.0))
-    assert remembering(asks, None) is asks
+    with pytest.raises(BadValue, match="an estimator that asks no questions"):
+        with_memory(asks, memory(look(DESK, MUG), day=1.0))
+    assert with_memory(asks, None) is asks

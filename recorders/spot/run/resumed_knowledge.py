@@ -1,4 +1,4 @@
-"""What a run takes over from earlier logs of its place: contents that are known before it begins."""
+"""Knowledge that a run takes over from earlier logs of its place: contents known before it begins."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class EarlierLog:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TakenOver:
+class ResumedKnowledge:
     """What earlier logs of a place know now.
 
     Attributes:
@@ -72,7 +72,7 @@ class TakenOver:
         return msgspec.structs.replace(info, origin_run=before.run_id, origin_sha256=before.sha256)
 
 
-def look_where_items_were_put(world: SpotWorld, earlier: TakenOver) -> None:
+def look_where_items_were_put(world: SpotWorld, earlier: ResumedKnowledge) -> None:
     """Let the world know what was taken over, after a look wherever an item was put down and nobody looked.
 
     What lies beside such an item is not known without a look, and what is known of it cannot be told otherwise.
@@ -108,6 +108,6 @@ def _check_gripper(world: SpotWorld) -> None:
         raise StillHolding(str(world.connection.address))
 
 
-def settings_of(earlier: TakenOver | None, known: Contents) -> Mapping[str, object]:
+def settings_of(earlier: ResumedKnowledge | None, known: Contents) -> Mapping[str, object]:
     """The settings entry of a run: empty where nothing was taken over."""
     return {} if earlier is None else {"resumed": earlier.as_settings(known)}

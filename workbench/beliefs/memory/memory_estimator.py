@@ -39,7 +39,7 @@ MARK = "+memory-"
 
 @final
 @dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
-class Remembering:
+class MemoryEstimator:
     """An estimator with a memory.
 
     Attributes:
@@ -105,7 +105,7 @@ class Remembering:
         return weights
 
 
-def remembering(estimator: Estimator, memory: Memory | None) -> Estimator:
+def with_memory(estimator: Estimator, memory: Memory | None) -> Estimator:
     """The estimator with a memory; itself where there is none.
 
     Raises:
@@ -114,8 +114,8 @@ def remembering(estimator: Estimator, memory: Memory | None) -> Estimator:
     if memory is None:
         return estimator
     if isinstance(estimator, AnsweredEstimator):
-        raise BadValue("--memory", estimator.name, "given with an estimator that asks nobody")
-    return Remembering(base=estimator, memory=memory)
+        raise BadValue("--memory", estimator.name, "used with an estimator that asks no questions")
+    return MemoryEstimator(base=estimator, memory=memory)
 
 
 def without_memory(name: str) -> str:

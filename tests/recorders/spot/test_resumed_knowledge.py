@@ -21,8 +21,8 @@ from recorders.spot.run.site_tasks import session_task
 from recorders.spot.simulated.services.server import SimulatedSpot
 from replayers.counterfactual.evidence import evidence_of
 from replayers.counterfactual.replay import replay
+from replayers.runs.resume_state import HasGaps, NothingToResume, OtherPlace, known_from_logs
 from replayers.runs.run import Run, read
-from replayers.runs.taken_over import HasGaps, NothingToResume, OtherPlace, taken_over
 from workbench.cli import run as lios
 from workbench.errors import BadValue
 from workbench.execution.events import ActionEnded, Event
@@ -60,7 +60,7 @@ def test_an_interrupted_task_goes_on_with_what_its_log_knows_and_replays_know_it
     with robot(configuration="C") as (spot, connection):
         log = tmp_path / "run.mcap"
         before = interrupted(spot, connection, log, lambda done: done.step.action == "place", strategy)
-        earlier = taken_over([before], site.plan, site.travel)
+        earlier = known_from_logs([before], site.plan, site.travel)
         looked = {ContainerId(o.container) for o in before.observations}
         down = next(a for a in before.actions if a.action == "place")
         there = {**earlier.known, **earlier.put}[ContainerId(down.target)]
@@ -71,9 +71,9 @@ def test_an_interrupted_task_goes_on_with_what_its_log_knows_and_replays_know_it
         report = run_and_record(connection, wanted, tmp_path / "on.mcap")
     assert report.ended.status == "done"
     after = read(tmp_path / "on.mcap")
-    resumed = after.settings["spot"]["resumed"]
+    is_resumed = after.settings["spot"]["resumed"]
     assert after.info.origin_run == before.info.run_id
-    assert (resumed["logs"][0]["sha256"], resumed["looked_first"]) == (before.sha256, list(earlier.put))
+    assert (is_resumed["logs"][0]["sha256"], is_resumed["looked_first"]) == (before.sha256, list(earlier.put))
     known = {o.container for o in after.observations if o.known_at_start}
     assert known == looked | set(earlier.put)
     assert not known & {o.container for o in after.observations if not o.known_at_start}
@@ -91,10 +91,10 @@ def test_what_was_in_the_gripper_must_be_said_to_be_somewhere(tmp_path: Path) ->
         before = interrupted(spot, connection, tmp_path / "run.mcap", lambda done: done.step.action == "pick")
         item = next(a.items[0] for a in before.actions if a.action == "pick")
         with pytest.raises(BadValue, match=rf"--held-at is not given.*{item.split('|')[0]}"):
-            taken_over([before], site.plan, site.travel)
+            known_from_logs([before], site.plan, site.travel)
         with pytest.raises(BadValue, match="attic"):
-            taken_over([before], site.plan, site.travel, held_at="attic")
-        earlier = taken_over([before], site.plan, site.travel, held_at="desk")
+            known_from_logs([before], site.plan, site.travel, held_at="attic")
+        earlier = known_from_logs([before], site.plan, site.travel, held_at="desk")
         everywhere = {**earlier.known, **earlier.put}
         assert item in [there.id for there in everywhere[ContainerId("desk")]]
         wanted = replace(run_of(spot, "pes-greedy"), earlier=earlier)
@@ -125,7 +125,7 @@ def test_sessions_of_one_home_are_joined_and_the_later_look_counts(tmp_path: Pat
         outcome=None,
         closed=False,
     )
-    joined = taken_over([run, monday], site.plan, site.travel, held_at=unlooked)
+    joined = known_from_logs([run, monday], site.plan, site.travel, held_at=unlooked)
     assert [one.run_id for one in joined.logs] == [run.info.run_id, "monday"]
     assert set(joined.known) == {o.container for o in run.observations} | {unlooked}
     held = next(a.items[0] for a in run.actions if a.action == "pick")
@@ -154,12 +154,12 @@ def test_logs_that_cannot_be_gone_on_from_are_refused_in_one_line(tmp_path: Path
         (gap, HasGaps, "missing"),
     ):
         with pytest.raises(error, match=said) as caught:
-            taken_over([log], site.plan, site.travel)
+            known_from_logs([log], site.plan, site.travel)
         assert caught.value.exit_code == 2
         assert "\n" not in str(caught.value)
     with pytest.raises(BadValue, match="left out"):
-        taken_over([run], site.plan, site.travel, held_at="desk")
-    assert taken_over([replace(run, outcome=None, complete=False, closed=False)], site.plan, site.travel).known
+        known_from_logs([run], site.plan, site.travel, held_at="desk")
+    assert known_from_logs([replace(run, outcome=None, complete=False, closed=False)], site.plan, site.travel).known
 
 
 def test_a_done_run_is_not_resumed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

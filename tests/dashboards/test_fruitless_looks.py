@@ -11,7 +11,7 @@ from toy_run import ns, stamp, toy_run
 
 from dashboards.model.clock import Clock
 from dashboards.model.containers.container_history import container_history
-from dashboards.model.containers.looks_in_vain import LooksInVain, looks_in_vain
+from dashboards.model.containers.fruitless_looks import FruitlessLooks, fruitless_looks
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.container import container
 from workbench.log_schema.events import HowLooked, Observation, SeenItem
@@ -32,8 +32,8 @@ def missing(*looks: tuple[float, str, tuple[str, ...]], p_detect: float = 0.8) -
     return timeline_of(replace(run, observations=(*others, *made)))
 
 
-def told(timeline: Timeline, second: float, where: str = COUNTER) -> LooksInVain | None:
-    return looks_in_vain(timeline, where, "Mug", ns(second))
+def told(timeline: Timeline, second: float, where: str = COUNTER) -> FruitlessLooks | None:
+    return fruitless_looks(timeline, where, "Mug", ns(second))
 
 
 def test_by_hand_what_two_looks_leave() -> None:
@@ -56,10 +56,10 @@ def test_looks_count_until_the_item_is_seen() -> None:
 
 
 def test_looks_that_show_everything_leave_nothing_to_say() -> None:
-    assert looks_in_vain(timeline_of(toy_run()), COUNTER, "Mug", ns(15)) is None
+    assert fruitless_looks(timeline_of(toy_run()), COUNTER, "Mug", ns(15)) is None
     assert told(missing((7, COUNTER, ("Mug",))), 15) is None
     assert told(missing((7, DESK, ())), 15) is None, "nobody looked there"
-    assert looks_in_vain(missing((7, COUNTER, ())), COUNTER, "Spoon", ns(15)) is None, "nothing is believed of it"
+    assert fruitless_looks(missing((7, COUNTER, ())), COUNTER, "Spoon", ns(15)) is None, "nothing is believed of it"
 
 
 def test_the_tab_says_what_is_left_from_the_look_on_and_draws_it() -> None:
