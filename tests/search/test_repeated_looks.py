@@ -160,7 +160,9 @@ def test_what_is_missing_is_what_the_worlds_say(seed: int, model: BeliefModel, q
         assert along[-1] == pytest.approx(said, abs=1e-9)
 
 
-@pytest.mark.parametrize(("k", "looks", "targets"), [(1, 3, 1), (3, 3, 9), (5, 2, 17), (7, 2, 8)])
+@pytest.mark.parametrize(
+    ("k", "looks", "targets"), [(1, 3, 1), (3, 3, 9), (5, 2, 17), (7, 2, 8), (4, 2, 40), (3, 2, 90)]
+)
 def test_the_compiled_program_gives_what_the_readable_one_gives(k: int, looks: int, targets: int) -> None:
     rng = np.random.default_rng(k)
     p = rng.random((2, k)) * 0.6

@@ -9,18 +9,24 @@ As in remaining.py, over all containers U that may be searched:
     exclusive     R(n) = sum over U of p q^n / sum over U of p
     marginal      as exists, of z p for p
 
-With q = 0 these are the probabilities of remaining.py. They are functions of the same two sums: what looks have shown
-(inside), and what they have not (outside).
+With q = 0 these are the probabilities of remaining.py. No nearly equal numbers are subtracted: what `exists` weighs
+is the product of m(n) times the chance that the item is somewhere nevertheless, which is put together from the
+chances of single containers.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from functools import reduce
 
 import numpy as np
 
 from workbench.arrays import Floats, Indices
 from workbench.errors import BadValue
 from workbench.search.find_costs import BeliefModel
-from workbench.search.remaining import still_missing, unconditioned
+from workbench.search.remaining import unconditioned
+
+Combine = Callable[[Floats, Floats], Floats]
 
 MAX_LOOKS_COUNTED = 3
 """Most looks into one container that a state counts."""
@@ -53,15 +59,16 @@ def still_missing_by_counts(
         `counts` of the looks into candidate j. Entry 0 of each is 1.
     """
     p = unconditioned(np.asarray(probability, dtype=np.float64), model)
-    inside, outside = _shown_and_not(
+    shown, hidden = _outcomes(
         np.take_along_axis(p, candidates, axis=1)[:, :, None],
         np.take_along_axis(miss, candidates, axis=1)[:, :, None] ** np.array(counts),
         model,
     )
-    others = _shown_and_not(p, np.ones_like(p), model)[1]
+    others = p.copy()
     np.put_along_axis(others, candidates, 0.0, axis=1)
-    rest = others.sum(axis=1, keepdims=True)
-    return still_missing(_sums(inside), _sums(outside) + rest, model)
+    with_shown, with_hidden = _rules(model)
+    rest = reduce(with_hidden, others.T)[:, None]
+    return _still_missing(_of_states(shown, with_shown), with_hidden(_of_states(hidden, with_hidden), rest), model)
 
 
 def still_missing_along_looks(probability: Floats, order: Indices, miss: Floats, model: BeliefModel) -> Floats:
@@ -77,27 +84,43 @@ def still_missing_along_looks(probability: Floats, order: Indices, miss: Floats,
     p = unconditioned(np.asarray(probability, dtype=np.float64), model)
     made = (np.asarray(order)[:, None] == np.arange(len(p))).cumsum(axis=0)
     made = np.concatenate([np.zeros((1, len(p)), dtype=made.dtype), made])
-    inside, outside = _shown_and_not(p[None], miss[None] ** made, model)
-    return still_missing(inside.sum(axis=1), outside.sum(axis=1), model)
+    shown, hidden = _outcomes(p[None], miss[None] ** made, model)
+    with_shown, with_hidden = _rules(model)
+    return _still_missing(reduce(with_shown, shown.T)[None], reduce(with_hidden, hidden.T)[None], model)[0]
 
 
-def _shown_and_not(p: Floats, unseen: Floats, model: BeliefModel) -> tuple[Floats, Floats]:
-    """The two parts of remaining.weights after looks that miss with chance `unseen` in all: what they have shown and
-    what they have not."""
+def _outcomes(p: Floats, unseen: Floats, model: BeliefModel) -> tuple[Floats, Floats]:
+    """Of single containers, after looks that miss with chance `unseen` in all: the chance that they show nothing, and
+    the chance that they hold the item nevertheless. For `exclusive` the weights of the item being seen and not."""
     if model == "exclusive":
         return p * (1.0 - unseen), p * unseen
     empty = 1.0 - p * (1.0 - unseen)
-    with np.errstate(divide="ignore"):
-        share = np.divide(
-            p * unseen, empty, out=np.zeros(np.broadcast_shapes(p.shape, unseen.shape)), where=empty > 0
-        )
-        return np.log1p(-p * (1.0 - unseen)), np.log1p(-share)
+    there = np.divide(p * unseen, empty, out=np.zeros(np.broadcast_shapes(p.shape, unseen.shape)), where=empty > 0)
+    return empty, there
 
 
-def _sums(of_candidates: Floats) -> Floats:
-    """Sums over the candidates for every state, from shape (item types, k, counts)."""
-    items, k, base = of_candidates.shape
-    sums = np.zeros((items, 1))
-    for j in range(k):
-        sums = (of_candidates[:, j, :, None] + sums[:, None, :]).reshape(items, base * sums.shape[1])
-    return sums
+def _rules(model: BeliefModel) -> tuple[Combine, Combine]:
+    """How the two parts of _outcomes are put together from those of single containers."""
+    return (np.add, np.add) if model == "exclusive" else (np.multiply, _either)
+
+
+def _either(a: Floats, b: Floats) -> Floats:
+    """The chance of one of two independent events."""
+    return a + b * (1.0 - a)
+
+
+def _of_states(of_candidates: Floats, combine: Combine) -> Floats:
+    """The candidates' values put together for every state, from shape (item types, k, counts)."""
+    made, *others = np.moveaxis(of_candidates, 1, 0)
+    for each in others:
+        made = combine(made[:, None, :], each[:, :, None]).reshape(len(made), -1)
+    return made
+
+
+def _still_missing(shown: Floats, hidden: Floats, model: BeliefModel) -> Floats:
+    """R from what _rules puts together, along the last axis, whose first entry is before any look."""
+    if model == "independent":
+        return shown
+    if model == "exclusive":
+        return hidden / (shown + hidden)
+    return shown * hidden / hidden[..., :1]
