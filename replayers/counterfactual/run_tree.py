@@ -106,7 +106,7 @@ class RunTree:
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
         place = evidence.place
-        self.root = Node(knowledge=knowledge_at_start(place.plan, place.travel, evidence.known))
+        self.root = Node(knowledge=knowledge_at_start(place.plan, evidence.travel, evidence.known))
 
     @property
     def guesses(self) -> bool:
