@@ -14,6 +14,7 @@ from workbench.beliefs.memory.history import History
 from workbench.beliefs.memory.memory import Memory
 from workbench.beliefs.memory.move_rates import MoveRates, read_rates, shipped_rates
 from workbench.errors import BadValue, Failed
+from workbench.terminal import say
 from workbench.worlds.house import FloorPlan
 
 GROUP, NAME = "lios.readers", "history"
@@ -27,7 +28,7 @@ class NoReader(Failed):
 
 
 def read_history(logs: Sequence[Path]) -> History:
-    """The history that logs, or folders of logs, hold.
+    """The history that logs, or folders of logs, hold; says what people corrected in them.
 
     Raises:
         NoReader: the installation is not whole.
@@ -36,7 +37,10 @@ def read_history(logs: Sequence[Path]) -> History:
     found = next(iter(entry_points(group=GROUP, name=NAME)), None)
     if found is None:
         raise NoReader
-    return found.load()(logs)
+    history: History = found.load()(logs)
+    for note in history.notes:
+        say(f"note: {note}")
+    return history
 
 
 def memory_now(logs: Sequence[Path] | None, rates: Path | None, plan: FloorPlan) -> Memory | None:

@@ -80,11 +80,9 @@ def _vector(values: Floats) -> Vector:
 
 
 def behind(robot: RobotState) -> CameraPose:
-    """A pose above and behind the robot, looking where it goes."""
+    """A pose above and behind the robot, which is in the middle of the picture."""
     c, s = cos(robot.yaw_rad), sin(robot.yaw_rad)
-    return CameraPose(
-        (robot.x_m - 3.6 * c, robot.y_m - 3.6 * s, 3.4), (robot.x_m + 1.2 * c, robot.y_m + 1.2 * s, 0.3)
-    )
+    return CameraPose((robot.x_m - 4.4 * c, robot.y_m - 4.4 * s, 3.8), (robot.x_m, robot.y_m, 0.4))
 
 
 def close_to(x_m: float, y_m: float) -> CameraPose:

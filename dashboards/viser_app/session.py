@@ -27,7 +27,7 @@ from dashboards.model.scene import Scene, scene_at
 from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour
 from dashboards.sensing.robot_sensors import RobotSensors
-from dashboards.viser_app.cameras import behind, close_to, look, view_of
+from dashboards.viser_app.cameras import behind, close_to, view_of
 from dashboards.viser_app.drawing.sensor_layers import SensorLayers
 from dashboards.viser_app.drawing.stage import Stage
 from dashboards.viser_app.fitted_camera import FittedCamera
@@ -357,8 +357,8 @@ class Session:
                 scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
             )
             if state.follow:
-                look(self.client, behind(scenes[0].robot))
+                self.camera.look_away(behind(scenes[0].robot))
             for watcher in self.watchers:
                 watcher(self, scenes)
+            self._show_room_names()
         self.client.flush()
-        self._show_room_names()

@@ -27,6 +27,7 @@ from recorders.spot.session.topics import SessionStatus
 from workbench.errors import OutputExists
 from workbench.execution.events import RunEnded, RunStatus
 from workbench.log_schema.events import RunInfo
+from workbench.log_schema.perception_json import perception_to_settings
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS
 from workbench.terminal import counted, say
@@ -154,6 +155,7 @@ def record_session(
         sink=files,
         audience=plan.audience,
         receipt_ns=connection.clock.now_ns,
+        settings=perception_to_settings(plan.site.perception),
     ) as recorder:
         recorder.sink.describe(ROBOT_METADATA, robot)
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
@@ -164,6 +166,7 @@ def record_session(
             tell=recorder.record,
             closed_needs_word=True,
             furniture_open=plan.furniture_open,
+            perception=plan.site.perception,
         )
         session.watch, session.show_status = derived, plan.show_status
         keys: KeyboardOperator = KeyboardOperator(

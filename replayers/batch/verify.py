@@ -1,8 +1,9 @@
 """Verification: the recorded strategy runs again over its own log and is compared decision by decision.
 
 For a simulated run every observation, belief, find cost, plan and action must come out the same. For a robot's log
-the first divergence is named, and why: a container that was skipped, an operator's intervention, another belief.
-Stamps, ways and timings are not compared: they are the robot's, not the strategy's.
+the first divergence is named, and why: a container that was skipped, an operator's intervention, another belief. Of a
+run that was stopped (by a person, a fault or the clock) what was recorded until then is compared. Stamps, ways and
+timings are not compared: they are the robot's, not the strategy's.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from recorders.code_revision import revision
 from replayers.batch.recorded_strategy import loadable_name
 from replayers.counterfactual.evidence import Evidence, evidence_of
 from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs, by_answers, estimator_of
-from replayers.counterfactual.reproduction import events_over
+from replayers.counterfactual.reproduction import STOPPED, events_over
 from replayers.counterfactual.sandbox import Sandboxed, is_foreign
 from replayers.runs.run import Run
 from workbench import __version__
@@ -79,6 +80,8 @@ class Verification:
         same: everything compared is the same.
         decisions, events: how many were compared.
         complete: the log holds its end; otherwise what it holds was compared.
+        stopped: why the run was stopped, which no strategy decides, so that only what was recorded before was
+            compared; empty where it was not.
     """
 
     same: bool
@@ -88,6 +91,7 @@ class Verification:
     strategy: str
     divergence: Divergence | None = None
     notes: tuple[str, ...] = ()
+    stopped: str = ""
 
 
 def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin.LOG) -> Verification:
@@ -169,26 +173,24 @@ def _compared(run: Run, events: Iterable[Event], notes: tuple[str, ...]) -> Veri
     logged = _in_order(run)
     replayed = (wire for event in events for wire in to_wire(event) if type(wire) in _ORDER)
     ignored = NOT_COMPARED if run.info.source in ("simulation", "replay") else MEASURED
-    count, decisions = 0, 0
+    stopped = run.outcome.reason or run.outcome.status if run.outcome and run.outcome.status in STOPPED else ""
+    found = Verification(
+        same=True,
+        decisions=0,
+        events=0,
+        complete=run.complete,
+        strategy=run.info.strategy,
+        notes=notes,
+        stopped=stopped,
+    )
     for index, (was, now) in enumerate(zip_longest(logged, replayed)):
-        if was is None and run.outcome is None:
+        if (was is None and run.outcome is None) or (stopped and isinstance(was, Outcome)):
             break
         divergence = _difference(was, now, index, ignored, _recorded_by(run))
         if divergence is not None:
-            return Verification(
-                same=False,
-                decisions=decisions,
-                events=count,
-                complete=run.complete,
-                strategy=run.info.strategy,
-                divergence=divergence,
-                notes=notes,
-            )
-        count += 1
-        decisions += isinstance(was, PlanComputed)
-    return Verification(
-        same=True, decisions=decisions, events=count, complete=run.complete, strategy=run.info.strategy, notes=notes
-    )
+            return replace(found, same=False, divergence=divergence)
+        found = replace(found, events=found.events + 1, decisions=found.decisions + isinstance(was, PlanComputed))
+    return found
 
 
 _ORDER: dict[type[DomainEvent], int] = {

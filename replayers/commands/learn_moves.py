@@ -66,8 +66,12 @@ def _from_logs(sources: list[Path], known: MoveRates) -> tuple[RateRow, ...]:
     from replayers.memory.collect import NoRepeatedLooks, read_history
     from workbench.beliefs.memory.fit_rates import fit_rates
     from workbench.beliefs.memory.memory import intervals
+    from workbench.terminal import say
 
-    found = intervals(read_history(sources).looks)
+    history = read_history(sources)
+    for note in history.notes:
+        say(f"note: {note}")
+    found = intervals(history.looks)
     if not any(interval.days > 0 for interval in found):
         raise NoRepeatedLooks(", ".join(map(str, sources)))
     return fit_rates(found, known)

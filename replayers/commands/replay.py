@@ -195,12 +195,16 @@ def replay(
 def _history(memory: list[Path] | None, rates: Path | None) -> History | None:
     """The earlier runs that strategies are to remember; None for what the robot itself remembered."""
     from replayers.memory.collect import read_history
+    from workbench.terminal import say
 
     if not memory:
         if rates is not None:
             raise BadValue("--rates", str(rates), "given together with --memory")
         return None
-    return read_history(memory)
+    history = read_history(memory)
+    for note in history.notes:
+        say(f"note: {note}")
+    return history
 
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
@@ -362,8 +366,10 @@ def _verify(logs: list[Path], strategy_name: str, *, json: bool) -> None:
         rows.append({"log": str(log), **msgspec.to_builtins(answer)})
         if not json:
             end = "" if answer.complete else " (the log is cut off; what it holds was compared)"
+            if answer.stopped:
+                end = f" (the run was stopped: {answer.stopped}; what was recorded until then was compared)"
             if answer.divergence is None:
-                emit_text(f"{log}: {answer.strategy} again, {answer.decisions} decisions the same{end}")
+                emit_text(f"{log}: {answer.strategy} again, {counted(answer.decisions, 'decision')} the same{end}")
             else:
                 d = answer.divergence
                 emit_text(

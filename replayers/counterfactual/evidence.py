@@ -17,16 +17,15 @@ from replayers.counterfactual.evidence_rules import (
     Deed,
     Leg,
     chances_of_missing,
-    contents_at_start,
     first_belief,
     items_left_in_place,
     looks_in_order,
-    picked_without_look,
     refused_looks,
     refused_targets,
     seen_from_start,
     successful_manipulations,
 )
+from replayers.runs.contents import contents_at_start, picked_without_look
 from replayers.runs.correcting import with_corrections
 from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
 from replayers.runs.run import Run

@@ -48,7 +48,9 @@ class EventChecks:
     decision: int = 0
     index: int = 0
     robot_at: str | None = None
-    searched: dict[str, frozenset[str]] = field(default_factory=dict)
+    searched: set[str] = field(default_factory=set)
+    doubted: set[str] = field(default_factory=set)
+    """Containers into which looks that can miss were made: beliefs about them go on."""
     handled: set[str] = field(default_factory=set)
     """Items that the robot took or put down: they need not be where the ground truth has them at the start."""
     looks: int = 0
@@ -78,7 +80,7 @@ class EventChecks:
             self._error(event, "it comes after the run's outcome", "after the outcome")
         match event:
             case Observation():
-                self._observed(event)
+                self._observed(event, simulated=simulated)
             case BeliefUpdate():
                 self._believed(event)
             case FindCosts():
@@ -115,15 +117,19 @@ class EventChecks:
                 "/search/outcome", f"done at cost {outcome.cost:g}, but its own cost is {outcome.own_cost:g}"
             )
 
-    def _observed(self, event: Observation) -> None:
+    def _observed(self, event: Observation, *, simulated: bool) -> None:
+        """Looks that can miss may be repeated and show less than is there; on a robot every look may be repeated."""
         self._known((event.container,), _where(event), "observation of")
         held = frozenset(item.id for item in event.items)
-        if event.container in self.searched:
+        can_miss = event.look is not None
+        if event.container in self.searched and simulated and not can_miss:
             self._error(event, f"{event.container} had been searched before", "searched twice")
-        self.searched[event.container] = held
+        self.searched.add(event.container)
+        if can_miss:
+            self.doubted.add(event.container)
         if self.truth is not None and event.container in self.truth.contents:
             really = frozenset(item.id for item in self.truth.contents[event.container])
-            if (held ^ really) - self.handled:
+            if (held - really if can_miss else held ^ really) - self.handled:
                 self._error(event, f"{event.container} does not hold what the ground truth says", "against truth")
         from_afar = event.robot_at != event.container and event.passing is None
         if not event.known_at_start and from_afar:
@@ -137,7 +143,7 @@ class EventChecks:
             self._error(event, f"its probabilities are not of shape {shape}", "axes")
         if any(not 0.0 <= p <= 1.0 for row in event.probability for p in row):
             self._error(event, "an entry is no probability", "probability")
-        opened = [name for name in event.containers if name in self.searched]
+        opened = [name for name in event.containers if name in self.searched - self.doubted]
         if opened:
             self._error(event, f"it speaks of {opened[0]}, which had been searched", "belief about searched")
         self._follows(event.decision, event)

@@ -14,6 +14,7 @@ from math import atan2, floor, hypot, inf, pi
 import msgspec
 import numpy as np
 
+from replayers.counterfactual.evidence_rules import VIEWPOINT_M
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import Run
 from replayers.tables.frames import poses_in
@@ -29,8 +30,6 @@ DETECTIONS, POLLS = "/robot/detections", "/robot/fiducials"
 """Topics of a robot's log: every new detection of a tag, and one message each time that the robot was asked."""
 IN_VIEW_M = 4.0
 """Distance in metres beyond which a tag in passing does not count as in view."""
-VIEWPOINT_M = 0.25
-"""Side of the squares of the floor within which a viewpoint is the same viewpoint: it counts once for an item."""
 LOOK, PASSING = "look", "in passing"
 
 

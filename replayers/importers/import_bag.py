@@ -20,6 +20,7 @@ from replayers.importers.retrospective_plans import AFTER_THE_FACT, Retrospectiv
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.execution.events import RunEnded
 from workbench.log_schema.events import RunInfo
+from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.tasks import Task
@@ -110,7 +111,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         costs=ROBOT_COSTS,
         force=force,
         motion=False,
-        settings={"import": _settings(bag, plan, clock)},
+        settings={"import": _settings(bag, plan, clock), **perception_to_settings(plan.site.perception)},
     ) as recorder:
         thinker = RetrospectivePlanner(
             strategy=strategy, estimator=estimator, task=task, costs=ROBOT_COSTS, tell=recorder.record

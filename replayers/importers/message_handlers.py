@@ -101,6 +101,7 @@ class BagDerivation:
             judge=self.support,
             closed_needs_word=True,
             furniture_open=self.furniture_open,
+            perception=self.site.perception,
         )
         self._takes = {
             "markers": self._markers,

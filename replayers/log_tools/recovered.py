@@ -284,7 +284,12 @@ def combined(sources: Sequence[SourceLoss], run: int | None = None, *, joined: b
 
 
 def missing_parts(sources: Sequence[SourceLoss]) -> tuple[int, ...]:
-    """Which parts of a split recording are not among several sources, up to the last one that is."""
+    """Which parts of a split recording are not among several sources, up to the last one that is.
+
+    None where another log of the run is among them, which may hold them.
+    """
+    if any(source.part is None and source.counts for source in sources):
+        return ()
     there = {source.part for source in sources if source.part is not None}
     if not there or max(there) >= MANY_PARTS:
         return ()

@@ -218,7 +218,8 @@ def merge_logs(
 ) -> RewriteReport:
     """Merges several logs into one, by log time. Equal attachments, metadata and channels become one.
 
-    Parts of a split log become the original log again: what later parts only repeat is left out.
+    Parts of a split log become the original log again: what later parts only repeat is left out. Messages that two
+    logs both hold, as recordings that overlap do, become one.
 
     Args:
         several_runs: each log is a run, or a part of one, and stays distinguishable from the others.
@@ -235,9 +236,10 @@ def merge_logs(
     with LogCopier(output, style, profile=_common_profile(sources)) as copier:
         arounds = {run: _AttachmentCopier(copier, allow_duplicates, run) for run in runs}
         copier.reserve(sources)
+        of_first = arounds[runs[0]]
         given = zip(sources, lost, runs, strict=True)
         flows = [_flow_of(source, of_source, arounds[run]) for source, of_source, run in given]
-        for piece in progress(by_time(flows)):
+        for piece in progress(by_time(flows, on_repeated=of_first.count_repeated)):
             count += copier.copy_piece(piece)
         for run in arounds:
             of_run = [one for one, its in zip(lost, runs, strict=True) if its == run]
@@ -297,6 +299,10 @@ class _AttachmentCopier:
     run: int | None
     seen: dict[tuple[str, str], set[bytes]] = field(default_factory=dict)
     repeated: int = 0
+
+    def count_repeated(self) -> None:
+        """Counts a message that another log gave already."""
+        self.repeated += 1
 
     def take(self, part: Attachment | Metadata, path: Path) -> None:
         if part.name == PART_METADATA:

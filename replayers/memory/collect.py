@@ -1,4 +1,5 @@
-"""The history of a place from its logs: every look of every run, with what the robot itself took and put.
+"""The history of a place from its logs: every look of every run, with what the robot itself took and put, and what
+people say that the looks missed.
 
 A simulated house begins every run as its file has it, so of a simulated run the robot's own deeds are not remembered;
 of a robot's run they are. Replays that were recorded are of imagined worlds, and are left out.
@@ -7,9 +8,11 @@ of a robot's run they are. Replays that were recorded are of imagined worlds, an
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from replayers.log_tools.log_paths import find_logs
+from replayers.runs.correcting import corrections_of
 from replayers.runs.run import Run, read
 from workbench.beliefs.memory.history import EarlierRun, History, require_same_place
 from workbench.beliefs.memory.memory import PastLook
@@ -75,7 +78,12 @@ def history_of(runs: Sequence[Run], *, where: str = "") -> History:
     everything = sorted(
         (look for of_run in looks for look in of_run), key=lambda look: (look.seen_ns, look.container)
     )
-    return History(plan=newest, runs=tuple(earlier for earlier, _ in found), looks=tuple(everything))
+    return History(
+        plan=newest,
+        runs=tuple(earlier for earlier, _ in found),
+        looks=tuple(everything),
+        notes=tuple(f"{earlier.log}: {note}" for earlier, run in found for note in corrections_of(run)[1]),
+    )
 
 
 def _earlier(run: Run) -> EarlierRun:
@@ -87,7 +95,11 @@ def _earlier(run: Run) -> EarlierRun:
 
 
 def _looks(run: Run) -> Iterator[PastLook]:
-    """What each container held whenever the log shows it, in the order of time."""
+    """What each container held whenever the log shows it, in the order of time.
+
+    What a person says that the looks missed stood there at each of them.
+    """
+    corrections, _ = corrections_of(run)
     held: dict[str, dict[str, str]] = {}
     known = {c.id for c in run.place.plan.containers}
     for event in _in_order(run):
@@ -99,9 +111,13 @@ def _looks(run: Run) -> Iterator[PastLook]:
             continue
         items = {item.id: item.type for item in event.items}
         before = held.get(event.container, {}) if event.look is not None else {}
-        held[event.container] = {**before, **items}
+        shown = {**before, **items}
+        missed_items = {c.item.id: c.item.type for c in corrections if c.container == event.container}
+        held[event.container] = {**shown, **missed_items}
         missed = 0.0 if event.look is None else 1.0 - min(event.look.p_detect, default=1.0)
-        yield _look(run, event.container, event.stamp.ns, held[event.container].values(), missed=missed)
+        there = held[event.container].values()
+        told = tuple(sorted(set(missed_items.values()) - set(shown.values())))
+        yield replace(_look(run, event.container, event.stamp.ns, there, missed=missed), told=told)
 
 
 def _in_order(run: Run) -> list[Observation | ActionFinished]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from replayers.runs.contents import contents_at_start
 from replayers.runs.run import Run
 from workbench.errors import BadValue, InputError, UnknownName
 from workbench.log_schema.corrections import Correction, made_up_id
@@ -15,6 +16,8 @@ from workbench.planning.actions import relevant_types
 from workbench.worlds.house import ContainerId, Contents, Item, ItemId, ItemType
 
 AT = "@"
+LEFT_OUT = "a correction is left out: "
+"""How a note on a correction begins that is not used."""
 
 
 class NotCorrectable(InputError):
@@ -71,13 +74,24 @@ def with_corrections(
         try:
             _check(correction, run, held, known)
         except InputError as error:
-            notes.append(f"a correction is left out: {error}")
+            notes.append(f"{LEFT_OUT}{error}")
             continue
         held[correction.container] = (*held[correction.container], correction.item)
         used.append(correction)
         who = correction.author or "a person"
         notes.append(f"{who} says that {correction.words}, which no look showed: taken as certain")
     return held, tuple(used), tuple(notes)
+
+
+def corrections_of(run: Run) -> tuple[tuple[Correction, ...], tuple[str, ...]]:
+    """The corrections of a run that its looks do not contradict, and a note for each, used or left out."""
+    if not run.corrections:
+        return (), ()
+    contents, _ = contents_at_start(run.observations, run.actions, tuple(c.id for c in run.place.plan.containers))
+    at_start = {ContainerId(o.container) for o in run.observations if o.known_at_start}
+    known = {c: items for c, items in contents.items() if c in at_start}
+    _, used, notes = with_corrections(contents, known, run)
+    return used, notes
 
 
 def _check(correction: Correction, run: Run, contents: Contents, known: Contents) -> None:

@@ -8,10 +8,12 @@ from math import hypot
 from types import MappingProxyType
 
 from recorders.spot.run.resumed_knowledge import EarlierLog, ResumedKnowledge
+from replayers.runs.correcting import LEFT_OUT, corrections_of
 from replayers.runs.gaps import gaps_of
 from replayers.runs.run import Run
 from workbench.errors import BadValue, InputError
 from workbench.execution.events import RunStatus
+from workbench.log_schema.corrections import Correction
 from workbench.log_schema.events import ActionFinished, Observation
 from workbench.planning.tasks import AllOf
 from workbench.worlds.house import ContainerId, FloorPlan, Item, ItemId, ItemType, LocationId
@@ -49,10 +51,12 @@ class _Whereabouts:
     """Where items are, as the logs are read in the order of time.
 
     Attributes:
+        items: those of the site that have a tag.
         known: contents of containers that were looked into. put: items put down where nobody looked.
         held: the item in the gripper, and where it was taken from.
     """
 
+    items: tuple[Item, ...] = ()
     known: dict[ContainerId, tuple[Item, ...]] = field(default_factory=dict)
     put: dict[ContainerId, tuple[Item, ...]] = field(default_factory=dict)
     held: Item | None = None
@@ -76,6 +80,24 @@ class _Whereabouts:
         self.known[place] = items
         self.put.pop(place, None)
 
+    def correct(self, correction: Correction) -> None:
+        """Add what a person says that the looks missed. Of an item named by its type alone the tag is sought by its
+        number: where several would do, the robot has to look again."""
+        item, place = correction.item, correction.container
+        who = correction.author or "a person"
+        if correction.names_type_only:
+            placed = {i.id for there in (*self.known.values(), *self.put.values()) for i in there}
+            free = [i for i in self.items if i.type == item.type and i.id not in placed]
+            if len(free) > 1:
+                self.known.pop(place, None)
+                names = ", ".join(i.id for i in free)
+                self.notes.append(f"{who} says that {correction.words}, not which one ({names}): looked into again")
+                return
+            item = free[0] if free else item
+        self.forget((item,))
+        self.known[place] = (*self.known.get(place, ()), item)
+        self.notes.append(f"{who} says that {item.id} was in {place}, which no look showed: taken as certain")
+
     def act(self, action: ActionFinished) -> None:
         items = tuple(_item(i, t) for i, t in zip(action.items, action.item_types, strict=False))
         if action.action == "pick" and (action.success or not action.item_remains):
@@ -97,13 +119,14 @@ def _item(item_id: str, item_type: str) -> Item:
 
 
 def known_from_logs(
-    runs: Sequence[Run], plan: FloorPlan, travel: TravelCosts, *, held_at: str = ""
+    runs: Sequence[Run], plan: FloorPlan, travel: TravelCosts, *, items: Iterable[Item] = (), held_at: str = ""
 ) -> ResumedKnowledge:
-    """What logs know together.
+    """What logs know together, with the corrections that people made in them.
 
     Args:
         runs: the interrupted run first, then other sessions of the same place, in any order.
         plan, travel: the place as it is surveyed now.
+        items: its items that have a tag.
         held_at: the container in which a person put what the interrupted run ended with in its gripper.
 
     Raises:
@@ -115,7 +138,7 @@ def known_from_logs(
         raise NothingToResume(interrupted, "it has no task")
     if interrupted.outcome is not None and interrupted.outcome.status == RunStatus.DONE:
         raise NothingToResume(interrupted, "its task is done")
-    where = _Whereabouts()
+    where = _Whereabouts(items=tuple(items))
     for run in sorted(runs, key=lambda run: run.info.started.ns):
         _check(run, plan)
         if where.held is not None:
@@ -145,7 +168,10 @@ def _put_held(run: Run, where: _Whereabouts, plan: FloorPlan, held_at: str) -> N
 
 
 def _read(run: Run, where: _Whereabouts) -> None:
-    """The looks and actions of a run by time; a look at the start comes first, and a search before what it showed."""
+    """The looks and actions of a run by time; a look at the start comes first, and a search before what it showed.
+
+    What a person says that the looks missed was never carried, so at the end of the run it is where that person says.
+    """
     events = [((not o.known_at_start, o.stamp.ns, 1), o) for o in run.observations]
     acted = [((True, a.stamp.ns, 0), a) for a in run.actions]
     for _, event in sorted([*events, *acted], key=lambda entry: entry[0]):
@@ -153,6 +179,10 @@ def _read(run: Run, where: _Whereabouts) -> None:
             where.look(event)
         else:
             where.act(event)
+    used, notes = corrections_of(run)
+    for correction in used:
+        where.correct(correction)
+    where.notes += [note for note in notes if note.startswith(LEFT_OUT)]
 
 
 def _check(run: Run, plan: FloorPlan) -> None:

@@ -11,7 +11,10 @@ from chromium import chromium, open_view, wait_for_second
 from playwright.sync_api import Browser, Page, expect
 from sample_logs import record_run, toy_events, toy_info, toy_options, write_toy_log
 
+from dashboards.model.scene import scene_at
+from dashboards.model.timeline import timeline_of
 from dashboards.viser_app.serving import open_dashboard
+from replayers.runs.run import read
 
 pytestmark = [
     pytest.mark.browser,
@@ -90,5 +93,19 @@ def test_the_first_tab_is_not_named_and_an_unknown_one_is_left_alone(browser: Br
     page.reload()
     page.locator(".lp .facts").wait_for()
     wait_for_second(page, 2.9, 3.1)
+    page.close()
+    dashboard.stop()
+
+
+def test_a_link_that_follows_shows_the_robot_and_not_the_whole_house(browser: Browser, logs: list[Path]) -> None:
+    dashboard = open_dashboard(logs, port=0)
+    timeline = timeline_of(read(logs[0]))
+    robot = scene_at(timeline, timeline.start_ns + 8 * 10**9).robot
+    page = open_view(browser, dashboard.link("at=8&follow=1"))
+    page.wait_for_function(
+        "([x, y]) => { const at = new URLSearchParams(location.search).get('initialCameraLookAt')?.split(',');"
+        " return at && Math.hypot(at[0] - x, at[1] - y) < 0.05; }",
+        arg=[robot.x_m, robot.y_m],
+    )
     page.close()
     dashboard.stop()

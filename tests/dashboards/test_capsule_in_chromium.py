@@ -158,6 +158,12 @@ def test_names_of_robots_that_stand_together_stay_in_the_picture(browser: Browse
         "[...document.querySelectorAll('#labels .robot')].filter((d) => d.style.display !== 'none')"
         ".map((d) => d.getBoundingClientRect()).map((b) => [b.top, b.bottom])",
     )
+    words, marks = page.evaluate(
+        "['color', 'borderLeftColor'].map((k) => [...document.querySelectorAll('#labels .robot')]"
+        ".map((d) => getComputedStyle(d)[k]))"
+    )
+    assert set(words) == {"rgb(35, 38, 43)"}, "names in the colours of runs would be too pale to read"
+    assert len(set(marks)) == 8
     stage = page.locator("#stage").bounding_box()
     slider, reading = page.locator("#slider").bounding_box(), page.locator("#reading").bounding_box()
     page.close()

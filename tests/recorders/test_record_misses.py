@@ -14,6 +14,7 @@ from replayers.counterfactual.evidence import evidence_of
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import Assumptions
 from replayers.counterfactual.replay import replay_on
+from replayers.doctor.examine import examine
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
 from workbench.cli import run as lios
@@ -61,6 +62,7 @@ def test_a_run_with_misses_is_reproduced_and_its_looks_add_up(tmp_path: Path) ->
     assert run.truth is not None
     for container, items in evidence.contents.items():
         assert {i.id for i in items} <= {i.id for i in run.truth.contents[container]}
+    assert [f for f in examine(run.path).findings if f.level in ("error", "warning")] == []
 
 
 @pytest.mark.ci

@@ -13,12 +13,13 @@ from toy_logs import acted, seen, toy_run
 
 from recorders.spot.run.site_tasks import session_task
 from replayers.counterfactual.evidence import NoTaskAttempted, evidence_of
-from replayers.counterfactual.evidence_rules import contents_at_start, picked_without_look
+from replayers.counterfactual.evidence_rules import chances_of_missing
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
+from replayers.runs.contents import contents_at_start, picked_without_look
 from replayers.runs.run import Run, read
-from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation, Stamp
+from workbench.log_schema.events import ActionFinished, BeliefUpdate, HowLooked, Observation, Stamp
 from workbench.planning.strategies import strategy
-from workbench.worlds.house import ContainerId
+from workbench.worlds.house import ContainerId, ItemType
 
 PLACES = (FRIDGE, COUNTER, TABLE, BED, DESK)
 
@@ -64,10 +65,31 @@ def test_two_instances_of_a_type_are_two_items_and_one_listed_twice_is_one() -> 
     assert ids(contents, COUNTER) == ["Mug|1", "Mug|2"]
 
 
-def test_of_two_looks_the_first_counts() -> None:
-    contents, notes = contents_at_start([seen(BED, "Book|1", s=1), seen(BED, "Book|1", "Pen|1", s=2)], [], PLACES)
-    assert ids(contents, BED) == ["Book|1"]
-    assert "searched twice" in notes[0]
+def test_what_only_a_later_look_shows_stood_there_from_the_start() -> None:
+    looks = [seen(BED, "Book|1", s=1), seen(BED, "Pen|1", s=2), seen(BED, s=3)]
+    contents, notes = contents_at_start(looks, [], PLACES)
+    assert ids(contents, BED) == ["Book|1", "Pen|1"]
+    assert notes == (f"Pen|1 was shown by a later look into {BED} only: earlier ones missed it",)
+
+
+def test_what_was_put_down_between_two_looks_is_not_what_the_first_one_missed() -> None:
+    looks = [seen(BED, s=1), seen(BED, "Mug|1", s=9)]
+    contents, notes = contents_at_start(looks, [acted("place", BED, "Mug|1", s=3)], PLACES)
+    assert (ids(contents, BED), notes) == ([], ())
+
+
+@pytest.mark.parametrize(("apart_m", "left"), [(0.1, 0.2), (0.6, 0.04)])
+def test_looks_from_one_viewpoint_of_a_robot_count_once(apart_m: float, left: float) -> None:
+    looks = [
+        msgspec.structs.replace(
+            seen(BED, s=n),
+            look=HowLooked(number=n, viewpoint=(n * apart_m, 0.0, 0.0), item_types=("Mug",), p_detect=(0.8,)),
+        )
+        for n in (1, 2)
+    ]
+    key = ItemType("Mug"), ContainerId(BED)
+    assert chances_of_missing(looks, independent=False)[key] == pytest.approx(left)
+    assert chances_of_missing(looks, independent=True)[key] == pytest.approx(0.04)
 
 
 def test_a_container_that_the_place_does_not_have_is_left_out_with_a_note() -> None:

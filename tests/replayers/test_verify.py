@@ -177,3 +177,30 @@ def test_words_for_people_are_not_compared(tmp_path: Path) -> None:
     run = read(simulated_log(tmp_path / "run.mcap", name="model-lios"))
     reworded = tuple(msgspec.structs.replace(plan, note="in other words") for plan in run.plans)
     assert verify(replace(run, plans=reworded)).same
+
+
+@pytest.mark.parametrize("actions", [1, 4, 7])
+def test_of_a_robots_run_that_was_stopped_what_was_recorded_is_compared(actions: int) -> None:
+    """The strategy would have gone on; where a plan differs before the stop, that is still told."""
+    whole = read(Path(__file__).parents[2] / "logs" / "spot-home-C.mcap")
+    assert whole.outcome is not None
+    assert len(whole.actions) > actions
+    until = whole.actions[actions - 1]
+    decided = [plan for plan in whole.plans if plan.decision <= until.decision]
+    stopped = replace(
+        whole,
+        actions=whole.actions[:actions],
+        observations=tuple(o for o in whole.observations if o.stamp <= until.stamp),
+        plans=tuple(decided),
+        beliefs=tuple(b for b in whole.beliefs if b.decision <= until.decision),
+        find_costs=tuple(f for f in whole.find_costs if f.decision <= until.decision),
+        outcome=msgspec.structs.replace(whole.outcome, status="aborted", reason="stopped by key"),
+    )
+    answer = verify(stopped)
+    assert answer.divergence is None
+    assert (answer.same, answer.complete, answer.stopped) == (True, True, "stopped by key")
+    assert answer.decisions == len(decided)
+    other = msgspec.structs.replace(stopped.actions[-1], target=BED)
+    differs = verify(replace(stopped, actions=(*stopped.actions[:-1], other)))
+    assert not differs.same
+    assert differs.stopped == "stopped by key"

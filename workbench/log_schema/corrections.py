@@ -36,7 +36,12 @@ class Correction:
     @property
     def words(self) -> str:
         """ "Mug was in Desk|2" for a note without words of its own."""
-        return f"{self.item.id if not _is_made_up(self) else self.item.type} was in {self.container}"
+        return f"{self.item.type if self.names_type_only else self.item.id} was in {self.container}"
+
+    @property
+    def names_type_only(self) -> bool:
+        """Whether it says only of which type the item is; its id is made up."""
+        return self.item.id == made_up_id(self.item.type, self.container)
 
     def as_pairs(self) -> Mapping[str, str]:
         """The metadata of the note."""
@@ -46,10 +51,6 @@ class Correction:
 def made_up_id(item_type: ItemType, container: ContainerId) -> ItemId:
     """The id of an item of which only the type and the container are known."""
     return ItemId(f"{item_type}|seen|{container}")
-
-
-def _is_made_up(correction: Correction) -> bool:
-    return correction.item.id == made_up_id(correction.item.type, correction.container)
 
 
 def correction_from(pairs: Mapping[str, str], *, stamp_ns: int) -> Correction | None:

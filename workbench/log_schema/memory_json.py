@@ -27,6 +27,7 @@ class _Look(msgspec.Struct, frozen=True, kw_only=True):
     run: str
     missed: float = 0.0
     changed: bool = False
+    told: tuple[str, ...] = ()
 
 
 class _Stored(msgspec.Struct, frozen=True, kw_only=True):
@@ -50,6 +51,7 @@ def memory_to_settings(memory: Memory | None) -> dict[str, Any]:
             run=look.run,
             missed=look.missed,
             changed=look.changed,
+            told=look.told,
         )
         for look in memory.looks
     )
@@ -82,6 +84,7 @@ def memory_from_settings(settings: Mapping[str, Any]) -> Memory | None:
                 run=look.run,
                 missed=look.missed,
                 changed=look.changed,
+                told=tuple(ItemType(t) for t in look.told),
             )
             for look in stored.looks
         )

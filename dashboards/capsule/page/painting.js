@@ -13,12 +13,14 @@ function liosPaint(context, w, h, { canvas, stage, labels, caption }) {
     const place = made.div.getBoundingClientRect(), plain = made.kind === "room";
     const [x, y, wide, high] = [place.left - box.left, place.top - box.top, place.width, place.height].map((v) => v * scale);
     if (!plain) { context.fillStyle = "rgba(255,255,255,0.85)"; context.beginPath(); context.roundRect(x, y, wide, high, 4); context.fill(); }
+    const stripe = made.kind === "robot" ? 5 * scale : 0;
+    if (stripe) { context.fillStyle = made.div.style.borderLeftColor; context.beginPath(); context.roundRect(x, y, stripe, high, [4, 0, 0, 4]); context.fill(); }
     const number = made.div.firstElementChild ? made.div.firstElementChild.textContent + ". " : "";
     const words = number + (number ? made.div.lastChild.textContent : made.div.textContent);
     context.font = `${made.kind === "robot" ? 650 : 400} ${(made.kind === "item" ? 10.5 : 12) * scale}px system-ui, sans-serif`;
-    context.fillStyle = made.kind === "robot" ? made.div.style.color : plain ? "#4a4f57" : "#23262b";
+    context.fillStyle = plain ? "#4a4f57" : "#23262b";
     context.textAlign = "center";
-    context.fillText(words, x + wide / 2, y + high / 2);
+    context.fillText(words, x + (stripe + wide) / 2, y + high / 2);
   }
   if (!caption) return;
   const step = 19 * scale;

@@ -49,7 +49,7 @@
   data.house.rooms.forEach((room) => { label(room.name, "room", [...room.spots[0], 0.05]).spots = room.spots; });
   const orderLabels = Array.from({ length: data.labelled }, () => label("", "order", [0, 0, 0]));
   const itemLabels = [];
-  const robotLabels = runs.map((run) => { const made = label(run.name, "robot", [0, 0, 0]); made.div.style.color = `rgb(${run.colour})`; return made; });
+  const robotLabels = runs.map((run) => { const made = label(run.name, "robot", [0, 0, 0]); made.div.style.borderLeftColor = `rgb(${run.colour})`; return made; });
 
   // --- showing one moment ---------------------------------------------------------------------------------------
   let shownFrame = -1;

@@ -346,7 +346,7 @@ class Controls:
             self._session.tell("Not understood", str(error))
             return False
         if words.startswith("address"):
-            if not self._arrived and "initialCameraPosition" not in words:
+            if not self._arrived and "initialCameraPosition" not in words and not self._session.state.follow:
                 self._session.look()
             self._arrived = True
             self._session.mark_unsettled()

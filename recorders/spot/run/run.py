@@ -42,8 +42,7 @@ from workbench.planning.actions import relevant_types
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
 from workbench.terminal import say
-from workbench.worlds.house import START, Contents, House, Item, ItemType
-from workbench.worlds.perception import Perception
+from workbench.worlds.house import START, Contents, House, Item
 from workbench.worlds.sites.site import Site
 from workbench.worlds.world import ActionRefused
 
@@ -289,16 +288,9 @@ def setup_of(run: RobotRun) -> RunSetup:
         costs=run.costs,
         seed=run.seed,
         house=house,
-        perception=perception_of(run.site),
+        perception=run.site.perception,
         memory=run.memory,
     )
-
-
-def perception_of(site: Site) -> Perception:
-    """How surely a look detects what is there, as the site's file says; everything where it says nothing."""
-    detector = site.file.detector
-    by_type = {ItemType(name): p for name, p in detector.p_detect_of.items()}
-    return Perception(p_detect=detector.p_detect, by_type=by_type, source="site", detector=detector.kind)
 
 
 def _settings(run: RobotRun) -> dict[str, object]:

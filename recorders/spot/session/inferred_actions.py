@@ -1,8 +1,9 @@
 """Actions (moves, looks, picks, places) derived from a robot's pose, the tags it sees and its gripper.
 
 A robot that stands still near the standing pose of a location is at that location; items that it sees in a
-container meanwhile are the result of a look. A gripper that closes has picked the nearest known item here, and one
-that opens has placed it here. Used for operator-driven sessions and for imported bags.
+container meanwhile are the result of a look (looks.py says when another one begins). A gripper that closes has picked
+the nearest known item here, and one that opens has placed it here. Used for operator-driven sessions and for imported
+bags.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from types import MappingProxyType
 from typing import final
 
 from recorders.spot.client.odometer import WalkLog
+from recorders.spot.session.arrivals import nearest_item, nearest_location
 from recorders.spot.session.look_findings import InconclusiveLook, LookFinding, LookJudge
+from recorders.spot.session.looks import DWELL_S, LOOK_S, LooksOfVisit, look_made
 from recorders.spot.tags.item_places import MARGIN_M, ItemPlaces, Position
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
 from workbench.execution.goal_check import is_met
@@ -27,14 +30,12 @@ from workbench.search.costs import ActionCosts
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import START, Container, ContainerId, Item, ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.sites.site import Site
+from workbench.worlds.world import LookResult
 
 STILL_M = 0.15
 """A robot that stays within this many metres of a point stands still."""
-ARRIVAL_RADIUS_M = 0.8
-"""A robot within this many metres of a standing pose is at that location."""
-DWELL_S, LOOK_S = 2.0, 4.0
-"""Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
 MAX_SIGHTINGS = 1000
 """Of each item, the sightings of one stay that are kept."""
 
@@ -50,6 +51,7 @@ class ActionDeriver:
         closed_needs_word: a closed container in which nothing is seen counts as looked into only if `opened` was
             called during the visit; else nobody knows whether it was open.
         furniture_open: somebody's word that all closed furniture was opened before.
+        perception: how surely a look shows what is there.
         judge: says which looks are inconclusive; they become no event and are listed in `inconclusive`.
     """
 
@@ -61,6 +63,7 @@ class ActionDeriver:
     judge: LookJudge | None = None
     closed_needs_word: bool = False
     furniture_open: bool = False
+    perception: Perception = PERFECT
     inconclusive: list[InconclusiveLook] = field(default_factory=list)
     knowledge: Knowledge = field(init=False)
     cost: float = 0.0
@@ -76,6 +79,7 @@ class ActionDeriver:
     _places: ItemPlaces = field(init=False)
     _holds: bool = False
     _unknown_from: tuple[LocationId, int] | None = None
+    _looks: LooksOfVisit = field(default_factory=LooksOfVisit)
     _unknown_put: set[LocationId] = field(default_factory=set[LocationId])
     _doubted_on: tuple[LocationId, int] | None = None
     _opened_on: tuple[LocationId, int] | None = None
@@ -99,7 +103,7 @@ class ActionDeriver:
                 self._still_at, self._still_ns = point, stamp_ns
                 return
             if stamp_ns - self._still_ns >= DWELL_S * NANO and not self.given_moves:
-                self._arrive(self._nearest(point))
+                self._arrive(nearest_location(self.site, point))
             if stamp_ns - self._still_ns >= LOOK_S * NANO:
                 self._look_is_over(stamp_ns)
 
@@ -122,6 +126,7 @@ class ActionDeriver:
             if at == START:
                 return None
             self._opened_on, self._doubted_on, self._still_ns = (at, self.visits), None, stamp_ns
+            self._looks.forget()
             return at
 
     def holding(self, stamp_ns: int, holds: bool) -> None:
@@ -245,41 +250,51 @@ class ActionDeriver:
     def _arrive_at_hand(self) -> None:
         """Arrive where the robot is, without the usual dwell: it uses its hand there."""
         if not self.given_moves and self._still_at is not None:
-            self._arrive(self._nearest(self._still_at))
+            self._arrive(nearest_location(self.site, self._still_at))
 
     def _look_is_over(self, now_ns: int) -> None:
         """Finish a look: after standing at a container long enough, the items seen in it are its contents."""
-        at = self.knowledge.robot_at
-        long_enough = now_ns - self._still_ns >= DWELL_S * NANO
-        if at == START or self._still_at is None or not long_enough or at in self.knowledge.first_seen:
+        at, robot = self.knowledge.robot_at, self._still_at
+        if at == START or robot is None:
             return
+        self._looks.begin(self.visits)
         container = self.site.plan.container(ContainerId(at))
-        if self._is_doubted(container, now_ns, self._still_at):
+        start_ns, before = self._looks.start_ns(self._still_ns), self.knowledge.first_seen.get(container.id)
+        if not self._looks.has_ended(start_ns, now_ns, first=before is None):
             return
-        items = tuple(self._items_in(container, since_ns=self._still_ns))
-        end_ns = min(now_ns, self._still_ns + round(LOOK_S * NANO))
+        items = tuple(self._items_in(container, since_ns=start_ns))
+        if before is not None and not self._looks.is_another(robot, items, before):
+            return
+        if self._is_doubted(container, now_ns, robot, listed=before is None):
+            return
+        end_ns = now_ns if start_ns > self._still_ns else min(now_ns, start_ns + round(LOOK_S * NANO))
+        self._looks.add(robot, end_ns)
+        self._observe(LookResult(start_ns=start_ns, end_ns=end_ns, container=container.id, items=items), robot)
+
+    def _observe(self, look: LookResult, robot: Point) -> None:
+        """Tell of a look, and know what it shows."""
+        container, at = self.site.plan.container(look.container), LocationId(look.container)
+        made = look_made(self.perception, self.task, self.knowledge, container, robot, look)
         self.searches += 1
         step = PlanStep(action="search", origin=at, target=at, cost=self.costs.search)
-        self._act(step, self._still_ns, end_ns, cost=self.costs.search)
-        self._places.settle(container.id, (item.id for item in items))
-        put_here = self.knowledge.items_at.get(at, ())
-        self.knowledge = self.knowledge.seen(container.id, items)
-        if put_here:
-            there = {**self.knowledge.items_at, at: (*items, *put_here)}
-            self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
+        self._act(step, look.start_ns, look.end_ns, cost=self.costs.search)
+        self._places.settle(container.id, (item.id for item in look.items))
+        again = frozenset({container.id} & self.knowledge.first_seen.keys())
+        self.knowledge = self.knowledge.with_another_look_at(again).seen(container.id, look.items)
         self.tell(
             ContainerObserved(
-                stamp_ns=end_ns,
+                stamp_ns=look.end_ns,
                 decision=0,
                 container=container.id,
-                items=items,
+                items=look.items,
                 robot_at=at,
                 opened_by=self._opened_by(container),
+                look=made,
             )
         )
 
-    def _is_doubted(self, container: Container, now_ns: int, robot: Point) -> bool:
-        """Whether the look of this visit is inconclusive; the first time it is listed."""
+    def _is_doubted(self, container: Container, now_ns: int, robot: Point, *, listed: bool) -> bool:
+        """Whether the look of this visit is inconclusive; the first time it is listed, if `listed`."""
         visit = (self.knowledge.robot_at, self.visits)
         if visit == self._doubted_on:
             return True
@@ -293,9 +308,10 @@ class ActionDeriver:
         if found.kind is LookFinding.SUPPORTED:
             return False
         self._doubted_on = visit
-        self.inconclusive.append(
-            InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=found.message)
-        )
+        if listed:
+            self.inconclusive.append(
+                InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=found.message)
+            )
         return True
 
     def _may_be_carried(self, container: Container) -> bool:
@@ -331,15 +347,6 @@ class ActionDeriver:
         }
         yield from (by_id[name] for name in self._places.shown_in(container.id, stay))
 
-    def _nearest(self, point: Point) -> LocationId | None:
-        away = [
-            (hypot(pose.x_m - point[0], pose.y_m - point[1]), name)
-            for name in self.site.travel.locations
-            if (pose := self.site.paths.standing_pose(name)) is not None
-        ]
-        best = min(away, default=None)
-        return best[1] if best is not None and best[0] <= ARRIVAL_RADIUS_M else None
-
     def _seen_without_look(self) -> Item | None:
         """The nearest item whose tag was seen in the container at hand, of which no look counts; None if it may have
         been put there by the robot."""
@@ -352,16 +359,9 @@ class ActionDeriver:
 
     def _nearest_of(self, here: tuple[Item, ...]) -> Item | None:
         """The item whose tag was seen last nearest to the robot."""
-        if self._still_at is None or not here:
+        if self._still_at is None:
             return None
-        x, y = self._still_at
-
-        def away(item: Item) -> float:
-            seen = self._tags_here.get(item.id)
-            position = seen[-1][1] if seen else (x + 99.0, y, 0.0)
-            return hypot(position[0] - x, position[1] - y)
-
-        return min(here, key=away)
+        return nearest_item(here, self._still_at, {i: seen[-1][1] for i, seen in self._tags_here.items() if seen})
 
     def _act(
         self,

@@ -66,8 +66,9 @@ def resume(
 ) -> None:
     """Resume an interrupted task from its log; the new log names the old one.
 
-    What the logs show is known at the start of the new run and of its replays. Where an item was put down and
-    nobody looked, the robot looks first. Containers that nobody opened are tried again.
+    What the logs show, and what people corrected in them, is known at the start of the new run and of its replays.
+    Where an item was put down and nobody looked, the robot looks first. Containers that nobody opened are tried
+    again.
 
     Examples:
 
@@ -106,7 +107,9 @@ def resume(
         costs=before.costs,
         settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=go_on),
         rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
-        earlier=known_from_logs(runs, place.plan, place.travel, held_at=held_at),
+        earlier=known_from_logs(
+            runs, place.plan, place.travel, items=[item for _, item in sorted(place.tags.items())], held_at=held_at
+        ),
         take_lease=take_lease,
         own_estop=own_estop,
         operator_name=operator,

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 
+from recorders.run_identity import Driver, run_info
+from recorders.run_recorder import RunRecorder
+from recorders.spot.run.run import place_of
 from recorders.spot.run.site_tasks import delivery_of, site_task
 from recorders.spot.session.inferred_actions import ActionDeriver
 from recorders.spot.session.look_findings import LookFinding
+from replayers.counterfactual.evidence import evidence_of
+from replayers.doctor.examine import examine
+from replayers.evaluation.detection_trials import detection_trials
+from replayers.evaluation.perception import detection_rates
+from replayers.runs.run import read
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded
+from workbench.log_schema.perception_json import perception_to_settings
 from workbench.message_enum import Result
 from workbench.search.costs import ROBOT_COSTS
 from workbench.worlds.geometry import Point
-from workbench.worlds.house import LocationId
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.sites.site import Site, load_site
 
 
@@ -23,11 +36,19 @@ def home() -> Site:
 class Trip:
     """Feeds a derivation with poses at 5 Hz."""
 
-    def __init__(self, home: Site) -> None:
+    def __init__(self, home: Site, perception: Perception = PERFECT) -> None:
         self.home, self.events, self.now_s, self.at = home, [], 0.0, (10.0, 2.4)
         self.derived = ActionDeriver(
-            site=home, task=site_task(delivery_of(home), home), costs=ROBOT_COSTS, tell=self.events.append
+            site=home,
+            task=site_task(delivery_of(home), home),
+            costs=ROBOT_COSTS,
+            tell=self.events.append,
+            perception=perception,
         )
+
+    @property
+    def looks(self) -> list[ContainerObserved]:
+        return [event for event in self.events if isinstance(event, ContainerObserved)]
 
     @property
     def ns(self) -> int:
@@ -40,9 +61,10 @@ class Trip:
                 self.derived.tag(self.ns, *tag)
             self.derived.pose(self.ns, self.at)
 
-    def walk(self, place: str) -> None:
+    def walk(self, place: str, *, beside_m: float = 0.0) -> None:
         pose = self.home.paths.standing_pose(LocationId(place))
         assert pose is not None
+        pose = replace(pose, x_m=pose.x_m + beside_m)
         start, steps = self.at, 20
         for i in range(1, steps + 1):
             share = i / steps
@@ -119,6 +141,104 @@ def test_a_closed_container_that_nobody_opened_is_not_logged_as_empty(home: Site
     assert [event.items for event in looked(seen)] == [(home.tags[number],)], (
         "what is seen inside shows that it is open"
     )
+
+
+PHONE = (102, (15.2, 4.3, 0.5))
+"""The phone's tag, where it lies on the couch."""
+
+
+def test_every_further_look_into_a_container_is_an_observation_of_its_own(home: Site) -> None:
+    """Another visit, another viewpoint, and what shows only later; standing on from one viewpoint is none."""
+    trip = Trip(home, Perception(p_detect=0.8, source="site", detector="robot"))
+    trip.walk("couch")
+    trip.stand(20)
+    assert [len(look.items) for look in trip.looks] == [0], "one viewpoint, one look"
+    trip.walk("couch", beside_m=0.4)
+    trip.stand(6)
+    assert [len(look.items) for look in trip.looks] == [0, 0]
+    trip.walk("desk")
+    trip.stand(5)
+    trip.walk("couch")
+    trip.stand(3)
+    assert len(trip.looks) == 3, "a short stop is no look of its own"
+    trip.stand(5)
+    trip.stand(2, PHONE)
+    trip.stand(9)
+    ended = trip.derived.end()
+    at_couch = [look for look in trip.looks if look.container == "couch"]
+    assert [[item.type for item in look.items] for look in at_couch] == [[], [], [], ["CellPhone"]]
+    made = [look.look for look in at_couch if look.look is not None]
+    assert [look.number for look in made] == [1, 2, 3, 4]
+    assert {p for look in made for _, p in look.p_detect} == {0.8}
+    searched = [e for e in trip.events if isinstance(e, ActionEnded) and e.step.action == "search"]
+    assert ended.searches == len(searched) == len(trip.looks) == 5
+    stamps = [event.stamp_ns for event in trip.events]
+    assert stamps == sorted(stamps)
+    assert [i.type for i in trip.derived.knowledge.first_seen[ContainerId("couch")]] == ["CellPhone"]
+
+
+def test_a_container_that_is_opened_is_looked_into_again(home: Site) -> None:
+    trip = Trip(home)
+    trip.walk("fridge")
+    trip.stand(6)
+    assert len(trip.looks) == 1
+    trip.derived.opened(trip.ns)
+    trip.stand(6)
+    assert [look.container for look in trip.looks] == ["fridge", "fridge"]
+    assert [look.opened_by for look in trip.looks] == ["", "operator"]
+
+
+def test_passing_a_container_that_may_be_shut_again_takes_nothing_back(home: Site) -> None:
+    closed = next(entry.id for entry in home.file.containers if entry.closed)
+    trip = Trip(home)
+    trip.derived.closed_needs_word = True
+    trip.walk(closed)
+    trip.stand(3)
+    trip.derived.opened(trip.ns)
+    trip.stand(6)
+    trip.walk("desk")
+    trip.stand(6)
+    trip.walk(closed)
+    trip.stand(6)
+    assert [look.container for look in trip.looks] == [closed, "desk"]
+    assert trip.derived.inconclusive == []
+
+
+def test_doctor_replay_and_perception_count_every_look_of_a_session(home: Site, tmp_path: Path) -> None:
+    """The phone on the couch is missed, then seen, then missed again."""
+    trip = Trip(home, Perception(p_detect=0.8, source="site", detector="robot"))
+    task = trip.derived.task
+    with RunRecorder(
+        tmp_path / "session.mcap",
+        info=run_info(
+            task,
+            Driver(strategy="operator", estimator="counts"),
+            id="0" * 12,
+            place=home.name,
+            started_ns=trip.ns,
+            source="spot",
+        ),
+        place=place_of(home),
+        task=task,
+        costs=ROBOT_COSTS,
+        settings=perception_to_settings(trip.derived.perception),
+    ) as recorder:
+        trip.derived.tell = recorder.record
+        for shown in (None, PHONE, None):
+            trip.walk("couch")
+            trip.stand(6, shown)
+            trip.walk("desk")
+            trip.stand(6)
+        trip.derived.end()
+    run = read(tmp_path / "session.mcap")
+    at_couch = [[item.type for item in o.items] for o in run.observations if o.container == "couch"]
+    assert at_couch == [[], ["CellPhone"], []]
+    assert [f for f in examine(run.path).findings if f.level in ("error", "warning")] == []
+    evidence = evidence_of(run)
+    assert [item.type for item in evidence.contents[ContainerId("couch")]] == ["CellPhone"]
+    assert evidence.miss_chance[ItemType("CellPhone"), ContainerId("desk")] == pytest.approx(0.2), "one viewpoint"
+    rates = {(r.by, r.group): r for r in detection_rates(detection_trials(run))}
+    assert (rates["made", "look"].trials, rates["made", "look"].detected) == (1, 0), "the third look, which missed it"
 
 
 class DoubtsCouch:

@@ -10,7 +10,7 @@ from recorders.spot.client.control import Control
 from recorders.spot.run.operator import AgreeingOperator, KeyboardOperator, NoOperator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.world import SpotWorld
-from workbench.worlds.house import ContainerId
+from workbench.worlds.house import ContainerId, LocationId
 from workbench.worlds.world import ActionRefused, LookResult
 
 
@@ -50,6 +50,40 @@ def test_what_the_helper_does_not_open_is_refused_and_not_empty() -> None:
         helper = AgreeingOperator()
         assert isinstance(look(helper, closed), LookResult)
         assert helper.asked == [f"Open {closed}, then press y."]
+
+
+def test_a_look_begins_once_the_helper_has_opened_however_long_that_took() -> None:
+    site, fridge = placed("C")[0], ContainerId("fridge")
+    with robot(configuration="C") as (spot, connection):
+        pose = site.paths.standing_pose(LocationId(fridge))
+        assert pose is not None
+        spot.state.body.pose, spot.state.body.standing = pose, True
+        connection.client("graph-nav-service").set_localization(_nowhere(), fiducial_init=2)
+
+        class Slow:
+            """A helper who takes half a minute."""
+
+            present = True
+
+            def confirm(self, question: str) -> bool:
+                connection.clock.sleep(30.0)
+                return True
+
+        settings = RunSettings(poll_s=0.5, look_s=2.0)
+        control = Control(connection)
+        world = SpotWorld(
+            connection=connection,
+            control=control,
+            site=site,
+            settings=settings,
+            operator=Slow(),
+            at=LocationId(fridge),
+        )
+        looked = world.look_into(fridge)
+    assert isinstance(looked, LookResult)
+    assert [item.type for item in looked.items] == ["WaterBottle"]
+    assert 2.0 <= (looked.end_ns - looked.start_ns) / 1e9 < 4.0
+    assert looked.opened_by == "operator"
 
 
 def _nowhere() -> object:

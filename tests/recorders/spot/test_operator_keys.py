@@ -23,6 +23,7 @@ from recorders.spot.session.topics import Note
 from recorders.spot.simulated.services.server import SimulatedSpot
 from replayers.log_tools.notes import notes_of
 from replayers.runs.run import read
+from workbench.cli import run as lios
 from workbench.execution.events import RunStatus
 
 LIOS = [sys.executable, "-c", "import sys; from workbench.cli import run; sys.exit(run(sys.argv[1:]))"]
@@ -174,7 +175,9 @@ def test_a_closed_terminal_ends_a_run_well(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("key", [" ", pytest.param("s", marks=pytest.mark.slow)])
-def test_the_stop_key_stops_a_run_at_the_terminal(key: str, tmp_path: Path) -> None:
+def test_the_stop_key_stops_a_run_at_the_terminal(
+    key: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     log = tmp_path / "run.mcap"
     arguments = ["spot", "run", "-o", str(log), "--estimator", "counts", "--own-estop", "--images-hz", "0"]
     with terminal(*arguments, folder=tmp_path) as (window, spot):
@@ -191,6 +194,8 @@ def test_the_stop_key_stops_a_run_at_the_terminal(key: str, tmp_path: Path) -> N
         assert walk is not None
         assert walk.state in ("stopped", "expired"), "on its way to the first container"
     assert re.search(r"aborted", window.shown)
+    assert lios(["replay", str(log), "--verify"]) == 0
+    assert "the run was stopped: stopped by key" in capsys.readouterr().out
 
 
 def test_keys_without_a_terminal_do_nothing() -> None:

@@ -26,8 +26,9 @@ from replayers.runs.run import Run, read
 from workbench.cli import run as lios
 from workbench.errors import BadValue
 from workbench.execution.events import ActionEnded, Event
+from workbench.log_schema.corrections import Correction, made_up_id
 from workbench.log_schema.events import NANO, Stamp
-from workbench.worlds.house import ContainerId
+from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
 from workbench.worlds.sites.site import load_site
 
 
@@ -132,6 +133,33 @@ def test_sessions_of_one_home_are_joined_and_the_later_look_counts(tmp_path: Pat
     assert [item.id for item in joined.known[ContainerId(unlooked)]] == [held]
     everything = [item.id for items in joined.known.values() for item in items]
     assert sorted(everything) == sorted(item.id for o in run.observations for item in o.items)
+
+
+@pytest.mark.parametrize("of_the_type", [0, 1, 2])
+def test_what_people_corrected_is_taken_over_and_told(of_the_type: int, tmp_path: Path) -> None:
+    """Of an item that is named by its type, the tag is the only one that it may have; else the robot looks again."""
+    site, _ = placed()
+    with robot() as (spot, connection):
+        run = interrupted(spot, connection, tmp_path / "run.mcap", lambda done: done.step.action == "search")
+    place = run.observations[0].container
+    spoon = ItemType("Spoon")
+    correction = Correction(
+        item=Item(id=made_up_id(spoon, ContainerId(place)), type=spoon),
+        container=ContainerId(place),
+        stamp_ns=run.observations[0].stamp.ns,
+        author="Ada",
+    )
+    wrong = replace(correction, container=ContainerId("nowhere"))
+    tagged = [Item(id=ItemId(f"Spoon|{n}"), type=spoon) for n in range(of_the_type)]
+    items = (*site.tags.values(), *tagged)
+    earlier = known_from_logs([replace(run, corrections=(correction, wrong))], site.plan, site.travel, items=items)
+    there = [str(item.id) for item in earlier.known.get(ContainerId(place), ()) if item.type == spoon]
+    assert there == [[f"Spoon|seen|{place}"], ["Spoon|0"], []][of_the_type]
+    assert (ContainerId(place) in earlier.known) is (of_the_type < 2)
+    assert earlier.notes[0].startswith("Ada says that Spoon")
+    assert ("looked into again" in earlier.notes[0]) is (of_the_type == 2)
+    assert earlier.notes[1].startswith("a correction is left out: ")
+    assert "Ada says" in earlier.in_words()
 
 
 def test_logs_that_cannot_be_gone_on_from_are_refused_in_one_line(tmp_path: Path) -> None:

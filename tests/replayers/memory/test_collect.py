@@ -17,6 +17,7 @@ from replayers.batch.verify import verify
 from replayers.counterfactual.evidence import evidence_of
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
+from replayers.log_tools.notes import add_note
 from replayers.memory.collect import LogsContradict, NoLooks, history_of, read_history
 from replayers.runs.run import Run, read
 from workbench.beliefs.memory.history import AnotherPlace, ContainersChanged
@@ -24,8 +25,12 @@ from workbench.beliefs.memory.memory import NoEarlierRun
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, shipped_rates
 from workbench.cli import run as lios
 from workbench.errors import Malformed
+from workbench.log_schema.corrections import Correction
 from workbench.log_schema.events import SeenItem, Stamp
 from workbench.log_schema.memory_json import memory_from_settings, memory_to_settings
+from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
+
+MUG, NOWHERE = ItemType("Mug"), ContainerId("nowhere")
 
 
 @pytest.fixture(scope="module")
@@ -162,6 +167,37 @@ def test_a_memory_in_a_log_that_is_none_is_refused(tmp_path: Path) -> None:
         with pytest.raises(Malformed):
             evidence_of(replace(run, settings=broken))
     assert {TABLE, COUNTER} <= {look.container for look in history_of([run]).looks}
+
+
+def test_what_people_corrected_is_remembered_and_told(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    earlier = tmp_path / "earlier"
+    shutil.copytree(folder, earlier)
+    log = earlier / "apple.mcap"
+    seen = next(o for o in read(log).observations if not o.known_at_start and all(i.type != "Book" for i in o.items))
+    before = read_history([earlier])
+    assert lios(["log", "note", str(log), "--seen", f"Book|99@{seen.container}", "--author", "Ada"]) == 0
+    add_note(log, "wrong", seen=Correction(item=Item(id=ItemId("Mug|9"), type=MUG), container=NOWHERE, stamp_ns=T0))
+    after = read_history([earlier])
+    assert before.notes == ()
+    assert [note.partition(": ")[2].partition(" ")[0] for note in after.notes] == ["a", "Ada"], "left out, and used"
+    changed = [(a, b) for a, b in zip(after.looks, before.looks, strict=True) if a != b]
+    assert {(a.container, a.told) for a, _ in changed} == {(ContainerId(seen.container), (ItemType("Book"),))}
+    assert all(set(a.item_types) == {*b.item_types, "Book"} for a, b in changed)
+    capsys.readouterr()
+    out = tmp_path / "run.mcap"
+    said = ["record", "--find", "book", "--estimator", "counts", "--memory", str(earlier), "-o", str(out)]
+    assert lios(said) == 0
+    assert f"Ada says that Book|99 was in {seen.container}" in capsys.readouterr().err
+    memory = memory_from_settings(read(out).settings)
+    assert memory is not None
+    told = [look.told for look in memory.looks if look.container == seen.container]
+    remembers_it = memory.by_container[ContainerId(seen.container)].run == read(log).info.run_id
+    assert told == [("Book",)] if remembers_it else told == [()]
+    assert verify(read(out)).same
+    assert lios(["replay", str(out), "-s", "greedy", "--worlds", "0", "--memory", str(earlier)]) == 0
+    assert f"Ada says that Book|99 was in {seen.container}" in capsys.readouterr().err
 
 
 def test_the_command_line_learns_remembers_and_refuses(

@@ -33,11 +33,13 @@ class History:
         plan: the place, as the first log has it.
         runs: sorted by their ends.
         looks: sorted by time.
+        notes: what people corrected in the logs, one line each: taken as certain, or left out.
     """
 
     plan: FloorPlan = field(repr=False)
     runs: tuple[EarlierRun, ...]
     looks: tuple[PastLook, ...]
+    notes: tuple[str, ...] = ()
 
     def memory_at(self, at_ns: int, plan: FloorPlan, rates: MoveRates) -> Memory:
         """The memory of a run that begins at a moment in a place; of runs that ended by then.

@@ -31,6 +31,7 @@ from workbench.worlds.house import (
     Wall,
 )
 from workbench.worlds.maps.occupancy import OccupancyGrid
+from workbench.worlds.perception import Perception
 from workbench.worlds.sites.measured_lengths import MeasuredNavigation, measured_travel
 from workbench.worlds.sites.paths import SiteNavigation, find_ways
 from workbench.worlds.sites.ros_map import read_map
@@ -96,6 +97,13 @@ class Site:
     @property
     def travel_source(self) -> TravelSource:
         return "map" if isinstance(self.ways, SiteNavigation) else "measured"
+
+    @property
+    def perception(self) -> Perception:
+        """How surely a look detects what is there, as the file says; everything where it says nothing."""
+        detector = self.file.detector
+        by_type = {ItemType(name): p for name, p in detector.p_detect_of.items()}
+        return Perception(p_detect=detector.p_detect, by_type=by_type, source="site", detector=detector.kind)
 
 
 def load_site(path: Path | str) -> Site:
