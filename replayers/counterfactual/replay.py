@@ -27,6 +27,7 @@ from replayers.counterfactual.strategy_traits import (
     decision_kind,
     looks_empty_handed,
     looks_nearest_first,
+    plans_shortest,
     uses_beliefs,
 )
 from replayers.counterfactual.world_failure import failure_in_worlds
@@ -203,6 +204,7 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
             nearest_first=looks_nearest_first(planner, evidence.task.goal),
             empty_handed=looks_empty_handed(planner),
+            plans_shortest=plans_shortest(planner),
             durations=prepared.durations,
         ),
     )
