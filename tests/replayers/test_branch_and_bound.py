@@ -58,7 +58,7 @@ def tree_of(
         merge=merge,
         nearest_first=looks_nearest_first(planner, evidence.task.goal),
         empty_handed=looks_empty_handed(planner),
-        plans_shortest=plans_shortest(planner),
+        plans_shortest=plans_shortest(planner, evidence.task.goal),
     )
     return RunTree(evidence, planner, Even(), relevance, options)
 

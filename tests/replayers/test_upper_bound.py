@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
 from toy_logs import BOOK, MUG, Even, InOrder, delivered, task_of, toy_evidence
 
-from replayers.counterfactual.bounds.bounds import Budget
+from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.upper_bound import UpperBound, nearest_first_leg_bound
 from replayers.counterfactual.evidence import Evidence
@@ -198,7 +198,7 @@ def test_it_settles_the_upper_bound_of_a_delivery_of_three() -> None:
     """Of some 1,500 states of opt-lios over this log, half hold all that is needed, and need not be followed."""
     prepared = prepare_log(read(Path(__file__).parents[2] / "logs" / "deliver-3.mcap"), ReplaySettings())
     tree = run_tree_of(prepared, strategy("opt-lios"))
-    bounds = bounds_of(tree, budget=Budget(segments=1000))
+    bounds = bounds_of(tree, budget=DEFAULT_BUDGET.of(plans_shortest=tree.plans_shortest))
     assert bounds.upper_proof is bounds.lower_proof is Proof.EXACT
     assert bounds.upper == pytest.approx(173.70, abs=0.005)
     assert tree.segments < 1000
