@@ -12,7 +12,7 @@ from math import inf
 
 import numpy as np
 
-from replayers.counterfactual.bounds.bounds import Budget
+from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.world_search import WorldSearch
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
@@ -79,7 +79,7 @@ class ReplaySettings:
     estimator: str = "log"
     estimator_origin: NameOrigin = field(default=NameOrigin.LOG, repr=False)
     worlds: int = 200
-    budget: Budget = field(default_factory=Budget)
+    budget: Budget = DEFAULT_BUDGET
     assumptions: Assumptions = field(default_factory=Assumptions)
     with_truth: bool = False
     ask: bool = field(default=False, repr=False)
