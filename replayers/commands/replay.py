@@ -54,8 +54,8 @@ def replay(
         Option(
             "--budget",
             min=1,
-            help="Segments of the loop, between unopened containers, to spend on the bounds of one strategy; default: "
-            "1500, or 400 for a strategy that simulates or is not built in.",
+            help="Segments of the loop, between unopened containers, to spend on the bounds of one strategy; "
+            "default: 1500, or 400 for a strategy that simulates or is not built in.",
         ),
     ] = None,
     unique: Annotated[bool, Option("--unique", help="Assume no instances beyond those that the log shows.")] = False,
