@@ -206,6 +206,7 @@ def replay_key(sha256: str, strategy: str, settings: ReplaySettings) -> str:
     Settings are hashed under the name that their budget had first, so that earlier replays stay valid.
     """
     as_hashed_before = repr(settings).replace("Budget(segments=", "Budget(stretches=")
+    as_hashed_before = as_hashed_before.replace(", segments_if_shortest=None", "")
     parts = (__version__, RECORD_VERSION, sha256, strategy, as_hashed_before)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 

@@ -51,8 +51,14 @@ def select(
     ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
     budget: Annotated[
-        int, Option("--budget", min=1, help="Segments of the loop to spend on the bounds of one replay.")
-    ] = 400,
+        int | None,
+        Option(
+            "--budget",
+            min=1,
+            help="Segments of the loop, between unopened containers, to spend on the bounds of one replay; default: "
+            "1500, or 400 for a strategy that simulates or is not built in.",
+        ),
+    ] = None,
     look_next: Annotated[
         bool,
         Option(
@@ -80,7 +86,7 @@ def select(
     """
     from replayers.batch.next_look import looks_by_log, shared_looks
     from replayers.batch.replay_all import LogFailed
-    from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
     from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
@@ -95,7 +101,7 @@ def select(
         estimator_origin=NameOrigin.USER,
         ask=may_ask_estimator(estimator, ask=ask),
         worlds=worlds,
-        budget=Budget(segments=budget),
+        budget=DEFAULT_BUDGET if budget is None else Budget(segments=budget),
         seed=seed,
     )
     made = replay_candidates(

@@ -42,10 +42,11 @@ from workbench.log_schema.sight_json import sight_from_settings
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
 from workbench.worlds.geometry import Pose
-from workbench.worlds.house import ContainerId, Contents, Item, ItemId, ItemType, LocationId
+from workbench.worlds.house import START, ContainerId, Contents, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.sight.sightings import PassingWays, passing_ways
+from workbench.worlds.travel import TravelCosts
 
 
 class PartOfRun(Unsupported):
@@ -142,6 +143,11 @@ class Evidence:
     passing: PassingWays | None = field(default=None, compare=False)
     seen_at_start: Mapping[ContainerId, Pose] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
+
+    @property
+    def travel(self) -> TravelCosts:
+        """The travel costs, with what the robot sees on its ways."""
+        return self.place.travel if self.passing is None else self.passing.travel_from(START)
 
     @property
     def open(self) -> tuple[ContainerId, ...]:

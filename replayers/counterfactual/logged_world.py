@@ -76,7 +76,7 @@ class LoggedWorld:
         self.evidence = log if isinstance(log, Evidence) else evidence_of(log)
         self.imputed: dict[ContainerId, tuple[Item, ...]] = {}
         place = self.evidence.place
-        self.knowledge = knowledge or knowledge_at_start(place.plan, place.travel, self.evidence.known)
+        self.knowledge = knowledge or knowledge_at_start(place.plan, self.evidence.travel, self.evidence.known)
         self._filling = filling
         self._as_recorded = as_recorded
         self._durations = durations
@@ -94,7 +94,7 @@ class LoggedWorld:
     def travel(self) -> TravelCosts:
         if self._passing is not None:
             return self._passing.travel_from(self.knowledge.robot_at)
-        return self.evidence.place.travel
+        return self.evidence.travel
 
     @property
     def paths(self) -> Paths:

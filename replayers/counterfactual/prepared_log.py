@@ -12,7 +12,7 @@ from math import inf
 
 import numpy as np
 
-from replayers.counterfactual.bounds.bounds import Budget
+from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.world_search import WorldSearch
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
@@ -79,7 +79,7 @@ class ReplaySettings:
     estimator: str = "log"
     estimator_origin: NameOrigin = field(default=NameOrigin.LOG, repr=False)
     worlds: int = 200
-    budget: Budget = field(default_factory=Budget)
+    budget: Budget = DEFAULT_BUDGET
     assumptions: Assumptions = field(default_factory=Assumptions)
     with_truth: bool = False
     ask: bool = field(default=False, repr=False)
@@ -260,7 +260,7 @@ def _sample_worlds(prepared: PreparedLog, types: tuple[ItemType, ...]) -> Sample
     if settings.worlds <= 0:
         return None
     relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
-    all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
+    all_seen = knowledge_at_start(evidence.place.plan, evidence.travel, evidence.contents)
     believed = drawer_of(prepared.estimator, settings).believe(all_seen, relevance.types)
     belief = believe_scenario_items(believed, evidence.task, evidence.place.plan)
     if evidence.misses:
@@ -278,7 +278,7 @@ def _sample_worlds(prepared: PreparedLog, types: tuple[ItemType, ...]) -> Sample
 def _with_doubtful(prepared: PreparedLog, belief: Belief) -> Belief:
     """A belief that also names the containers that were looked into: what was believed of them at the start."""
     evidence = prepared.evidence
-    at_start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
+    at_start = knowledge_at_start(evidence.place.plan, evidence.travel, evidence.known)
     before = believe_scenario_items(
         drawer_of(prepared.estimator, prepared.settings).believe(at_start, belief.item_types),
         evidence.task,

@@ -27,6 +27,7 @@ from replayers.counterfactual.strategy_traits import (
     decision_kind,
     looks_empty_handed,
     looks_nearest_first,
+    plans_shortest,
     uses_beliefs,
 )
 from replayers.counterfactual.world_failure import failure_in_worlds
@@ -203,6 +204,7 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
             nearest_first=looks_nearest_first(planner, evidence.task.goal),
             empty_handed=looks_empty_handed(planner),
+            plans_shortest=plans_shortest(planner, evidence.task.goal),
             durations=prepared.durations,
         ),
     )
@@ -216,7 +218,8 @@ def _world_search(prepared: PreparedLog, planner: Strategy, first: RunEnded) -> 
     """
 
     def search() -> WorldSearch:
-        tree, budget = run_tree_of(prepared, planner), prepared.settings.budget
+        tree = run_tree_of(prepared, planner)
+        budget = prepared.settings.budget.of(plans_shortest=tree.plans_shortest)
         by_names = prepared.static_beliefs and prepared.exact_beliefs
         return search_worlds(tree, prepared.worlds, budget, prepared.memory, by_names=by_names)
 

@@ -52,6 +52,7 @@ class TreeOptions:
         reads_beliefs: the strategy's decisions depend on beliefs.
         nearest_first: its looks go to the nearest unsearched container.
         empty_handed: it looks only with its hand free.
+        plans_shortest: once nothing is missing, it carries out a shortest plan.
         durations: how long actions take where a run is replayed.
     """
 
@@ -63,6 +64,7 @@ class TreeOptions:
     reads_beliefs: bool = True
     nearest_first: bool = False
     empty_handed: bool = False
+    plans_shortest: bool = False
     durations: Durations = SIMULATED
 
 
@@ -94,6 +96,7 @@ class RunTree:
         self.max_steps = options.max_steps
         self.nearest_first = options.nearest_first
         self.empty_handed = options.empty_handed
+        self.plans_shortest = options.plans_shortest
         self._key = StateKey(relevance, options.static_beliefs, evidence.misses_left if evidence.misses else None)
         self._planner = MemoizedStrategy(strategy, self._key) if options.merge else strategy
         self._estimator = estimator
@@ -106,7 +109,7 @@ class RunTree:
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
         place = evidence.place
-        self.root = Node(knowledge=knowledge_at_start(place.plan, place.travel, evidence.known))
+        self.root = Node(knowledge=knowledge_at_start(place.plan, evidence.travel, evidence.known))
 
     @property
     def guesses(self) -> bool:

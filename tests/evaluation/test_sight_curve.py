@@ -13,7 +13,13 @@ from workbench.beliefs.estimators import estimator
 from workbench.cli import run as lios
 from workbench.errors import BadValue
 from workbench.evaluation.search.seen_in_passing import search_with_sight
-from workbench.evaluation.search.sight_curve import SightSearches, radii_named, searches_with_sight, sight_rows
+from workbench.evaluation.search.sight_curve import (
+    SightSearches,
+    radii_named,
+    searches_with_sight,
+    sight_pairs,
+    sight_rows,
+)
 from workbench.evaluation.search.strategies import strategy_of
 from workbench.evaluation.search.trials import Beliefs, queries, search_trial
 from workbench.execution.loop import outcome_of
@@ -30,7 +36,7 @@ from workbench.worlds.sight.sightings import PassingWays
 COSTS = ActionCosts(search=1.0)
 
 
-@pytest.mark.parametrize("name", ["greedy", "conditioned-lios"])
+@pytest.mark.parametrize("name", ["greedy", "conditioned-lios", "sight-lios"])
 @pytest.mark.parametrize(("house", "radius_m"), [(toy_house(), 0.9), (toy_house(), 2.5), (None, 2.5)])
 def test_a_search_costs_what_the_closed_loop_costs(name: str, house: House | None, radius_m: float) -> None:
     place = house or load_house(f"{shipped_houses()}:3")
@@ -74,7 +80,9 @@ def test_a_radius_that_reaches_nothing_costs_what_no_sight_costs() -> None:
 def test_rows_are_paired_and_their_intervals_hold_the_shares() -> None:
     settings = SightSearches(policies=("greedy",), radii_m=(0.01, 2.5), estimator="counts")
     results = list(searches_with_sight([toy_house()], settings))
-    rows = sight_rows([cost for result in results for cost in result.costs], seed=0)
+    costs = [cost for result in results for cost in result.costs]
+    rows = sight_rows(costs, seed=0)
+    assert sight_pairs(costs, seed=0) == []
     blind, seeing = rows
     assert (blind["sees_m"], seeing["sees_m"]) == (0.01, 2.5)
     assert blind["saved"] == pytest.approx(0.0)
@@ -112,6 +120,9 @@ def test_the_command_answers_and_refuses_what_does_not_go_together(
     assert lios([*words, "--json", "-o", str(tmp_path)]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert [row["policy"] for row in answer["rows"]] == ["greedy", "conditioned-lios"]
+    (pair,), (first, second) = answer["pairs"], answer["rows"]
+    assert (pair["a"], pair["b"], pair["sees_m"]) == ("greedy", "conditioned-lios", 2.5)
+    assert pair["b_saves_of_a"] == pytest.approx(1 - second["cost_seeing"] / first["cost_seeing"])
     assert json.loads((tmp_path / "sight.json").read_text()) == answer
     assert lios([*words, "-o", str(tmp_path)]) == 2
     assert lios([*words, "--miss-rate", "0.1"]) == 2

@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 
 from recorders.record_run import record
+from replayers.batch.verify import verify
+from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+from replayers.counterfactual.replay import replay_on
 from replayers.doctor.examine import examine
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
@@ -107,6 +110,19 @@ def test_sight_with_misses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
     assert lios(["record", "--find", "mug", "--sees", "2", "--miss-rate", "0.1", "-o", str(path)]) == 2
     assert "without --miss-rate" in capsys.readouterr().err
     assert not path.exists()
+
+
+def test_memory_and_sight_go_together(tmp_path: Path) -> None:
+    earlier = recorded(tmp_path / "logs" / "a.mcap", sees=2.5, day=1)
+    later = recorded(tmp_path / "b.mcap", sees=2.5, memory=[tmp_path / "logs"])
+    run, alone = read(later), read(earlier)
+    assert sight_from_settings(run.settings) == 2.5
+    assert "memory" in run.settings
+    assert run.outcome is not None
+    assert alone.outcome is not None
+    assert run.outcome.cost < alone.outcome.cost, "the book is where it was seen"
+    assert verify(run).same
+    assert replay_on(prepare_log(run, ReplaySettings(worlds=0)), "sight-lios").exact
 
 
 def test_sight_in_a_site_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,7 +20,12 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Assumptions, demand, imputed_items, relevance_of
 from replayers.counterfactual.results import Assignment, Proof
 from replayers.counterfactual.run_tree import RunTree, TreeOptions, zero_clock
-from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
+from replayers.counterfactual.strategy_traits import (
+    looks_empty_handed,
+    looks_nearest_first,
+    plans_shortest,
+    uses_beliefs,
+)
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import LoopOptions, outcome_of, run_task
@@ -49,11 +54,13 @@ def tree_of(
     evidence: Evidence, planner: Strategy, *, merge: bool = True, assumptions: Assumptions | None = None
 ) -> RunTree:
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), assumptions or Assumptions())
-    nearest = looks_nearest_first(planner, evidence.task.goal)
-    free = looks_empty_handed(planner)
-    return RunTree(
-        evidence, planner, Even(), relevance, TreeOptions(merge=merge, nearest_first=nearest, empty_handed=free)
+    options = TreeOptions(
+        merge=merge,
+        nearest_first=looks_nearest_first(planner, evidence.task.goal),
+        empty_handed=looks_empty_handed(planner),
+        plans_shortest=plans_shortest(planner, evidence.task.goal),
     )
+    return RunTree(evidence, planner, Even(), relevance, options)
 
 
 def bounded(evidence: Evidence, planner: Strategy, budget: Budget = PLENTY, **options: object) -> Bounds:

@@ -33,7 +33,7 @@ BOTH = replace(
     FIND,
     goal=AllOf(parts=(Delivered(item_type=MUG, at=LocationId(TABLE)), Delivered(item_type=BOOK, at=START))),
 )
-STRATEGIES = ("opt-greedy", "pes-greedy", "opt-lios", "model-lios", "conditioned-lios")
+STRATEGIES = ("opt-greedy", "pes-greedy", "opt-lios", "model-lios", "conditioned-lios", "sight-lios")
 
 
 def recorded(folder: Path, task: Task, radius_m: float, strategy: str) -> tuple[Trial, PreparedLog]:
@@ -89,7 +89,7 @@ def test_the_recorded_run_is_reproduced_and_another_way_asks_for_what_nobody_saw
     own = replay_on(ground, "conditioned-lios")
     assert own.exact
     assert own.cost == pytest.approx(end.cost)
-    for strategy in ("opt-greedy", "model-lios"):
+    for strategy in ("opt-greedy", "model-lios", "sight-lios"):
         made = replay_on(ground, strategy)
         assert made.bounds is not None
         truth = outcome_of(list(trial_events(replace(trial, strategy=strategy)))).cost

@@ -11,13 +11,20 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toy import BED, COUNTER, TABLE, item
-from toy_logs import BOOK, MUG, InOrder, delivered, task_of, toy_evidence
+from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
+from toy_logs import BOOK, MUG, Even, InOrder, delivered, task_of, toy_evidence
 
+from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET
+from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.upper_bound import UpperBound, nearest_first_leg_bound
 from replayers.counterfactual.evidence import Evidence
-from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first
+from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+from replayers.counterfactual.replay import run_tree_of
+from replayers.counterfactual.results import Proof
+from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, plans_shortest
+from replayers.runs.run import read
 from workbench.planning.strategies import strategy
+from workbench.planning.strategy import View
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, find_task
 from workbench.worlds.house import START, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
@@ -144,3 +151,53 @@ def test_a_look_with_the_hand_full_may_begin_where_an_item_stood(tmp_path: Path)
     assert looks_empty_handed(strategy("model-lios"))
     assert not looks_empty_handed(strategy("scout-lios"))
     assert not looks_empty_handed(InOrder(()))
+
+
+def _known_states(evidence: Evidence) -> list[Knowledge]:
+    """All is known: from three places, with an empty hand or with either item in it, and with one delivered."""
+    mug, book = item("Mug|1"), item("Book|1")
+    start = knowledge_at_start(evidence.place.plan, evidence.place.travel, {})
+    found: list[Knowledge] = []
+    for at_mug, at_book in ((TABLE, FRIDGE), (DESK, TABLE), (FRIDGE, FRIDGE)):
+        both = start.seen(at_mug, (mug,))
+        both = both.seen(at_book, (mug, book) if at_mug == at_book else (book,))
+        for at in (LocationId(START), LocationId(DESK), LocationId(COUNTER)):
+            found.append(both.moved(at))
+        for thing, where in ((mug, at_mug), (book, at_book)):
+            carried = both.moved(LocationId(where)).picked(thing)
+            found += [carried, carried.moved(LocationId(DESK)), carried.moved(LocationId(BED)).placed()]
+    return found
+
+
+def test_where_nothing_is_missing_the_bound_is_what_a_shortest_plan_costs(tmp_path: Path) -> None:
+    evidence = toy_evidence(tmp_path, TWO)
+    planner = strategy("opt-greedy")
+    loose, close = (UpperBound(evidence, empty_handed=True, plans_shortest=p) for p in (False, True))
+    met = 0
+    for state in _known_states(evidence):
+        belief = Even().believe(state, (MUG, BOOK))
+        view = View(knowledge=state, belief=belief, task=TWO, costs=evidence.costs, budget_s=60.0)
+        cost = planner.decide(view).plan.cost
+        bound = close.direct_route_bound(state)
+        assert cost <= bound + 1e-9
+        assert bound <= loose.direct_route_bound(state) + 1e-9
+        met += bound <= cost + 1e-9
+    assert met > len(_known_states(evidence)) / 2, "with an empty hand it is the plan's own cost"
+
+
+def test_who_plans_shortest_is_known_by_its_solver() -> None:
+    names = ("opt-greedy", "pes-lios", "model-lios", "scout-lios", "model-lios@sas-ff-astar2")
+    assert [n for n in names if plans_shortest(strategy(n), TWO.goal)] == ["opt-greedy", "pes-lios", "model-lios"]
+    assert not plans_shortest(InOrder(()), TWO.goal)
+    boiled = Delivered(item_type=ItemType("Egg"), at=START, properties=("boiled",))
+    assert not plans_shortest(strategy("opt-greedy"), boiled)
+
+
+def test_it_settles_the_upper_bound_of_a_delivery_of_three() -> None:
+    """Of some 1,500 states of opt-lios over this log, half hold all that is needed, and need not be followed."""
+    prepared = prepare_log(read(Path(__file__).parents[2] / "logs" / "deliver-3.mcap"), ReplaySettings())
+    tree = run_tree_of(prepared, strategy("opt-lios"))
+    bounds = bounds_of(tree, budget=DEFAULT_BUDGET.of(plans_shortest=tree.plans_shortest))
+    assert bounds.upper_proof is bounds.lower_proof is Proof.EXACT
+    assert bounds.upper == pytest.approx(173.70, abs=0.005)
+    assert tree.segments < 1000

@@ -97,10 +97,14 @@ VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
         "model-lios-per-find": lambda _: _model("model-lios-per-find", per_find=True),
         "conditioned-lios-per-find": lambda _: _conditioned("conditioned-lios-per-find", per_find=True),
         "robust-lios": lambda _: _robust("robust-lios"),
+        "sight-lios": lambda _: Composed(
+            name="sight-lios", pricing=Expected(belief_model="exists"), policy=policy("sight-lios")
+        ),
     }
 )
 """Selectable by name, not part of "all": ablations of our strategies, a baseline of the search experiment, and
-robust-lios, which differs from conditioned-lios only where looks can miss."""
+robust-lios and sight-lios, which differ from conditioned-lios only where looks can miss and where the robot sees in
+passing."""
 
 EVERYWHERE = "everywhere"
 """STRATEGY@everywhere plans over all locations and states the proven gap with each plan; STRATEGY@everywhere-SOLVER
@@ -135,6 +139,7 @@ PAPER_NAMES: Mapping[str, str] = MappingProxyType(
         "model-lios-per-find": "ModelLIOS-per-find",
         "conditioned-lios-per-find": "ConditionedLIOS-per-find",
         "robust-lios": "RobustLIOS",
+        "sight-lios": "SightLIOS",
         "oracle": "Oracle",
     }
 )

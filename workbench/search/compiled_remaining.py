@@ -45,6 +45,35 @@ def chance_of_any(p: Floats) -> Floats:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def missing_by_counts(shown: Floats, hidden: Floats, rest: Floats, kind: int) -> Floats:
+    """R(n) of repeated_looks.missing from its _outcomes, shape (item types, k, counts), and the part of `hidden` of
+    the other containers, shape (item types,): shape (item types, counts**k)."""
+    items, k, counts = shown.shape
+    answer = np.empty((items, counts**k))
+    inside, outside = np.empty(counts**k), np.empty(counts**k)
+    for item in range(items):
+        inside[0], outside[0], size = 0.0 if kind == EXCLUSIVE else 1.0, rest[item], 1
+        for j in range(k):
+            for count in range(counts - 1, -1, -1):
+                a, b = shown[item, j, count], hidden[item, j, count]
+                for n in range(size):
+                    if kind == EXCLUSIVE:
+                        inside[count * size + n], outside[count * size + n] = inside[n] + a, outside[n] + b
+                    else:
+                        inside[count * size + n] = inside[n] * a
+                        outside[count * size + n] = b + outside[n] * (1.0 - b)
+            size *= counts
+        for n in range(size):
+            if kind == INDEPENDENT:
+                answer[item, n] = inside[n]
+            elif kind == EXCLUSIVE:
+                answer[item, n] = outside[n] / (inside[n] + outside[n])
+            else:
+                answer[item, n] = inside[n] * outside[n] / outside[0]
+    return answer
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def missing_by_subset(weights: Floats, candidates: Indices, kind: int) -> Floats:
     """R(S) of remaining.still_missing_by_subset from remaining.weights: shape (item types, 2**k)."""
     items, k = candidates.shape

@@ -22,6 +22,20 @@ ROW_CACHE_SIZE = 10_000
 """Number of groups of locations whose indices are cached; beyond it, the cache is emptied."""
 
 
+class Sight(Protocol):
+    """What a robot that sees in passing sees on its ways."""
+
+    def coming_into_view(self, a: LocationId, b: LocationId) -> tuple[tuple[ContainerId, float, float], ...]:
+        """The containers that come into view on the way from a to b, in order, with the metres of the way before
+        that and the metres from there to the container."""
+        ...
+
+    def metres_from_view(self, a: LocationId, b: LocationId) -> Floats | None:
+        """Metres from where b comes into view on the way from a, in the order of the travel costs; None where it
+        comes into view nowhere before its end."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class TravelCosts:
     """Shortest-path lengths in metres between all pairs of reachable locations.
@@ -30,6 +44,7 @@ class TravelCosts:
         locations: the axis of the matrix: START first, then reachable containers in the plan's order.
         metres: float64, shape (locations, locations), read-only, symmetric up to measured costs, zero diagonal.
         unreachable: containers without a path to them.
+        sight: what the robot sees on its ways; None for one that sees nothing in passing. Not compared.
 
     Raises:
         BadValue: the matrix has another shape, or an entry is negative or not finite.
@@ -38,6 +53,7 @@ class TravelCosts:
     locations: tuple[LocationId, ...]
     metres: Floats
     unreachable: tuple[ContainerId, ...] = ()
+    sight: Sight | None = field(default=None, repr=False, compare=False)
     _index: Mapping[LocationId, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -24,10 +24,16 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
     """
     from workbench.errors import Failed
     from workbench.evaluation.search.experiment import policies_named
-    from workbench.evaluation.search.sight_curve import SightSearches, radii_named, searches_with_sight, sight_rows
+    from workbench.evaluation.search.sight_curve import (
+        SightSearches,
+        radii_named,
+        searches_with_sight,
+        sight_pairs,
+        sight_rows,
+    )
     from workbench.evaluation.search.trials import ORACLE
     from workbench.search.costs import ActionCosts
-    from workbench.terminal import progress
+    from workbench.terminal import progress, say
 
     radii = radii_named(sees)
     file = None if output is None else output / "sight.json"
@@ -51,6 +57,7 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
         raise Failed(f"no search was run: {skipped[0][1] if skipped else 'no house there has anything to find'}")
     answer: dict[str, Any] = {
         "rows": sight_rows(costs, seed=request.seed),
+        "pairs": sight_pairs(costs, seed=request.seed),
         "file": str(request.file),
         "split": request.split,
         "estimator": request.estimator,
@@ -58,6 +65,18 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
         "skipped": skipped_rows(skipped),
     }
     answer_with(answer, PairedTable("open furniture seen in passing", SHOWN, _shown), file, json=json)
+    if not json:
+        for pair in answer["pairs"]:
+            say(_pair_in_words(pair))
+
+
+def _pair_in_words(pair: dict[str, Any]) -> str:
+    from workbench.evaluation.statistics import ends_in_words
+    from workbench.terminal import signed_percentage
+
+    ends = ends_in_words(pair["ci95"], "+.1f", scale=100)
+    saves = signed_percentage(pair["b_saves_of_a"])
+    return f"at {pair['sees_m']:g} m, {pair['b']} saves {saves} of what {pair['a']} costs (95 %: {ends})"
 
 
 def _shown(row: dict[str, Any]) -> dict[str, object]:

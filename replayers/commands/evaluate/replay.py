@@ -38,13 +38,14 @@ def replay(
     ] = "fcnn,counts,best",
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 200,
     budget: Annotated[
-        int,
+        int | None,
         Option(
             "--budget",
             min=1,
-            help="Segments of the loop, between unopened containers, to spend on the bounds of one replay.",
+            help="Segments of the loop, between unopened containers, to spend on the bounds of one replay; default: "
+            "1500, or 400 for a strategy that simulates or is not built in.",
         ),
-    ] = 400,
+    ] = None,
     miss_rate: MissRate = 0.0,
     trusting: Annotated[
         bool, Option("--trusting", help="With --miss-rate: the recording robot trusts its looks.")
@@ -81,7 +82,7 @@ def replay(
 
         lios evaluate replay --miss-rate 0.2 --scenarios find -n 200
     """
-    from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.evaluation.trials import MeasurementSettings, outside_bounds, tasks_for
     from workbench.errors import BadValue, Failed, OutputExists, WrongKind
@@ -100,7 +101,11 @@ def replay(
     if output is not None and output.is_dir():
         raise WrongKind(output, needed="file")
     places = tasks_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
-    settings = ReplaySettings(worlds=worlds, budget=Budget(segments=budget), seed=seed)
+    settings = ReplaySettings(
+        worlds=worlds,
+        budget=DEFAULT_BUDGET if budget is None else Budget(segments=budget),
+        seed=seed,
+    )
     plans = [
         MeasurementSettings(
             places=places,

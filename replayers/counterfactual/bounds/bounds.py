@@ -83,6 +83,8 @@ class Budget:
 
     Attributes:
         segments: segments of the closed loop, each about one decision.
+        segments_if_shortest: for strategies that plan shortest (strategy_traits.plans_shortest): about half of their
+            states need not be followed, and their segments are fast; None for `segments`.
         finish: where fewer than this were needed, every world is followed to its end even though the bounds are
             settled: comparisons world by world need all ends.
         draws: segments for the estimate; when they are spent, fewer worlds are drawn.
@@ -90,6 +92,16 @@ class Budget:
     """
 
     segments: int = 400
+    segments_if_shortest: int | None = None
     finish: int = 150
     draws: int = 100
     climb: int = 60
+
+    def of(self, *, plans_shortest: bool) -> Budget:
+        """The budget of one strategy, with its number of segments."""
+        more = self.segments_if_shortest if plans_shortest else None
+        return self if more is None else replace(self, segments=more, segments_if_shortest=None)
+
+
+DEFAULT_BUDGET = Budget(segments_if_shortest=1500)
+"""With this, both ends of nearly all deliveries of three are reached (docs/replay.md)."""

@@ -44,6 +44,7 @@ def bounds_of(
         tree.relevance,
         nearest_first=tree.nearest_first,
         empty_handed=tree.empty_handed,
+        plans_shortest=tree.plans_shortest,
     )
     return BoundSearch(tree, budget, outside, only_certain=whatever_is_believed).bounds()
 
@@ -63,7 +64,9 @@ class BoundSearch:
         self._intervals: dict[Node, Interval] = {}
         self._others: dict[Node, Interval] = {}
         self._followed: set[Node] = set()
-        self._waiting: dict[Node, float] = {}  # with the most that each can cost, by the first path to it
+        self._parents: dict[Node, Node] = {}  # by the first path to each
+        self._waiting: dict[Node, float] = {}  # with the most that each can cost, by that path
+        self._known: dict[Node, float] = {}  # of these, those at which nothing is missing
 
     def bounds(self) -> Bounds:
         root = self._tree.root
@@ -74,8 +77,12 @@ class BoundSearch:
             side = self._unsettled_side()
             if spent >= self._budget.segments or (side is None and spent >= self._budget.finish):
                 break
-            if side == "high" and self._open_maxima() > self._budget.segments - spent:
-                break  # the maximum is certain only when each of these was followed: not worth trying
+            if side == "high":
+                if (known := self._largest_known()) is not None:
+                    self._expand_below(known)
+                    continue
+                if self._open_maxima() > self._budget.segments - spent:
+                    break  # the maximum is certain only when each of these was followed: not worth trying
             self._descend(side)
         return self._result()
 
@@ -94,6 +101,24 @@ class BoundSearch:
         """How many unexplored branches could cost more than the largest cost found (by the first path to each)."""
         largest = self._intervals[self._tree.root].largest_found(0, self._failure)
         return sum([most > largest + NEAR_COST for most in self._waiting.values()])
+
+    def _largest_known(self) -> Node | None:
+        """The waiting node without open questions that can cost most, if that is more than the largest cost found.
+
+        Its run takes one segment, and shows how many of the others can still matter.
+        """
+        if not self._known:
+            return None
+        node = max(self._known, key=lambda n: self._known[n])
+        largest = self._intervals[self._tree.root].largest_found(0, self._failure)
+        return node if self._known[node] > largest + NEAR_COST else None
+
+    def _expand_below(self, node: Node) -> None:
+        """Expands a waiting node, and backs up along the first path to it."""
+        self._expand(node)
+        while (node := self._parents[node]) is not self._tree.root:
+            self._update_from_children(node)
+        self._update_from_children(node)
 
     def _descend(self, side: Side | None) -> None:
         """Descends the branch that decides an end (or any that is not exhausted), expands its last node, and backs
@@ -127,6 +152,7 @@ class BoundSearch:
             return
         self._followed.add(node)
         self._waiting.pop(node, None)
+        self._known.pop(node, None)
         before = self._intervals.get(node)
         if not self._may_expand(node):
             if before is None:  # the start: beliefs that were rounded decide from there on
@@ -145,7 +171,10 @@ class BoundSearch:
                 if child not in self._intervals:
                     interval = self._outside.interval(child.knowledge, walking=child.walk is not None)
                     self._intervals[child] = interval
+                    self._parents[child] = node
                     self._waiting[child] = interval.upper(child.cost, self._failure)
+                    if self._tree.plans_shortest and self._most.nothing_missing(child.knowledge):
+                        self._known[child] = self._waiting[child]
             if question.others:
                 self._others[node] = self._outside.interval(question.knowledge, walking=question.walk is not None)
                 self._others[node].spent = True

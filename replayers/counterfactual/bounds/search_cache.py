@@ -45,12 +45,19 @@ class SearchCache:
         *,
         nearest_first: bool,
         empty_handed: bool,
+        plans_shortest: bool = False,
     ) -> StateBounds:
         """The outer bounds over the log, cached for every kind of strategy."""
-        key = (relevance.types, nearest_first, empty_handed)
+        key = (relevance.types, nearest_first, empty_handed, plans_shortest)
         return self.outsides.get(
             key,
-            lambda: StateBounds(evidence, relevance, nearest_first=nearest_first, empty_handed=empty_handed),
+            lambda: StateBounds(
+                evidence,
+                relevance,
+                nearest_first=nearest_first,
+                empty_handed=empty_handed,
+                plans_shortest=plans_shortest,
+            ),
         )
 
 

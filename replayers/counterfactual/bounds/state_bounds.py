@@ -39,9 +39,12 @@ class StateBounds:
         *,
         nearest_first: bool = False,
         empty_handed: bool = False,
+        plans_shortest: bool = False,
     ) -> None:
         self.least = LowerBound(evidence, relevance)
-        self.most = UpperBound(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
+        self.most = UpperBound(
+            evidence, nearest_first=nearest_first, empty_handed=empty_handed, plans_shortest=plans_shortest
+        )
         self._sees = evidence.passing is not None
         self._types = goal_types(evidence.task.goal)
         self._misses_left = evidence.misses_left

@@ -14,6 +14,8 @@ to prepare, with what, and where, and carry things once more: nothing that is kn
 from __future__ import annotations
 
 from collections import Counter
+from itertools import permutations
+from math import inf
 from typing import final
 
 import numpy as np
@@ -31,6 +33,8 @@ from workbench.worlds.house import ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 MAX_CACHED_LEGS = 20_000
+MAX_ORDERED = 5
+"""Deliveries of which every order is compared."""
 
 
 @final
@@ -40,9 +44,18 @@ class UpperBound:
     Args:
         nearest_first: for a strategy whose looks go to the nearest unsearched container.
         empty_handed: for one that looks only with an empty hand; others may look on the way with what they fetched.
+        plans_shortest: for one that, once nothing is missing, carries out a plan that costs no more than the best of
+            those that bring every item straight to its place.
     """
 
-    def __init__(self, evidence: Evidence, *, nearest_first: bool = False, empty_handed: bool = False) -> None:
+    def __init__(
+        self,
+        evidence: Evidence,
+        *,
+        nearest_first: bool = False,
+        empty_handed: bool = False,
+        plans_shortest: bool = False,
+    ) -> None:
         travel = evidence.place.travel
         self._metres: Floats = np.asarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
@@ -50,6 +63,7 @@ class UpperBound:
         self._goal = evidence.task.goal
         self._nearest_first = nearest_first
         self._empty_handed = empty_handed
+        self._plans_shortest = plans_shortest
         self._refused_picks, self._refused_moves = evidence.refused_picks, evidence.refused_moves
         self._one_way = not _has_alternatives(self._goal)
         self._searchable = tuple(
@@ -76,6 +90,8 @@ class UpperBound:
         most expensive delivery of each part is added.
         """
         left = self._unmet_parts(knowledge)
+        if self._plans_shortest and (known := self._known_route(left, knowledge)) is not None:
+            return known
         looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
         if self._all_known(left, knowledge):
             looks = []
@@ -147,6 +163,34 @@ class UpperBound:
         types = {part.item_type for part in left}
         return self._one_way and all(self._known(t, knowledge) >= self._wanted[t] for t in types)
 
+    def _known_route(self, left: tuple[Delivered | Holding, ...], knowledge: Knowledge) -> float | None:
+        """The cost of the cheapest order of deliveries, each straight from where an instance stands; what is in hand
+        is brought first. None where something is missing, or where that is not what is left to do."""
+        types = [part.item_type for part in left if isinstance(part, Delivered) and part.at in self._index]
+        held, here = knowledge.holding, self._index.get(knowledge.robot_at)
+        if len(types) < len(left) or len(set(types)) < len(types) or len(types) > MAX_ORDERED or here is None:
+            return None
+        if not self._all_known(left, knowledge) or (held is not None and held.type not in types):
+            return None
+        ends = [self._index[part.at] for part in left]
+        stand = [self._usable_sites(part.item_type, knowledge) for part in left]
+        in_hand = None if held is None else types.index(held.type)
+        metres, handle = self._metres, self._costs.manipulation
+        least = inf
+        for order in permutations(range(len(left))):
+            if in_hand is not None and order[0] != in_hand:
+                continue
+            cost, at = 0.0, here
+            for part in order:
+                end = ends[part]
+                if part == in_hand:
+                    cost += float(metres[at, end]) + handle
+                else:
+                    cost += min(float(metres[at, site] + metres[site, end]) for site in stand[part]) + 2 * handle
+                at = end
+            least = min(least, cost)
+        return least
+
     def _nearest_legs(self, looks: tuple[int, ...], starts: tuple[int, ...]) -> float:
         """nearest_legs, cached for states that differ only in what was found where."""
         return self._into.get(
@@ -155,11 +199,15 @@ class UpperBound:
 
     def _known(self, item_type: ItemType, knowledge: Knowledge) -> int:
         held = knowledge.holding is not None and knowledge.holding.type == item_type
-        places = knowledge.where(item_type)
-        return held + sum(
-            at in self._index and at not in self._refused_moves and item.id not in self._refused_picks
-            for at, item in places
-        )
+        return held + len(self._usable_sites(item_type, knowledge))
+
+    def _usable_sites(self, item_type: ItemType, knowledge: Knowledge) -> list[int]:
+        """Where instances stand that can be fetched, once for each."""
+        return [
+            self._index[at]
+            for at, item in knowledge.where(item_type)
+            if at in self._index and at not in self._refused_moves and item.id not in self._refused_picks
+        ]
 
     def _known_sites(self, part: Delivered | Holding, knowledge: Knowledge) -> list[int]:
         """Where an instance for a part is known to stand or is in hand; others may be in any container that is

@@ -36,7 +36,7 @@ def search_with_sight(
         ways: of this house.
     """
     at_start = {s.container: house.contents[s.container] for s in ways.at_start()}
-    knowledge = knowledge_at_start(house.plan, travel, at_start)
+    knowledge = knowledge_at_start(house.plan, ways.travel_from(START), at_start)
     cost, order, said = 0.0, list[ContainerId](), list[float]()
     while not knowledge.where(item_type) and knowledge.unsearched:
         belief = empty_belief(item_type, knowledge) if beliefs is None else beliefs.about(item_type, knowledge)

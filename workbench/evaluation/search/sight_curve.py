@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -139,6 +140,23 @@ def sight_rows(costs: Sequence[SightCost], *, seed: int) -> list[dict[str, Any]]
     kinds = dict.fromkeys((c.policy, c.radius_m) for c in costs)
     found = {kind: [c for c in costs if (c.policy, c.radius_m) == kind] for kind in kinds}
     return [_row(name, radius_m, found[name, radius_m], seed) for name, radius_m in kinds]
+
+
+def sight_pairs(costs: Sequence[SightCost], *, seed: int) -> list[dict[str, Any]]:
+    """What the second of two policies saves of what the first costs, both with sight, on the same searches."""
+    pairs: list[dict[str, Any]] = []
+    for radius_m in sorted({c.radius_m for c in costs}):
+        of = {
+            name: [c for c in costs if (c.policy, c.radius_m) == (name, radius_m)]
+            for name in {c.policy: 0 for c in costs}
+        }
+        for a, b in combinations(of, 2):
+            first, second = (np.array([c.seeing for c in of[name]]) for name in (a, b))
+            less = ratio_with_interval(
+                first - second, first, [c.house for c in of[a]], rng=np.random.default_rng(seed)
+            )
+            pairs.append({"sees_m": radius_m, "a": a, "b": b, "b_saves_of_a": less.value, "ci95": less.interval})
+    return pairs
 
 
 def _row(name: str, radius_m: float, costs: Sequence[SightCost], seed: int) -> dict[str, Any]:

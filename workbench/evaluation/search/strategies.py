@@ -25,6 +25,7 @@ NAMED: Mapping[str, str] = MappingProxyType(
         "marginal-lios": "marginal-lios",
         "full-lios": "full-lios",
         "robust-lios": "robust-lios",
+        "sight-lios": "sight-lios",
     }
 )
 

@@ -18,6 +18,7 @@ from workbench.search.policies.most_probable import MostProbable
 from workbench.search.policies.nearest_first import NearestFirst
 from workbench.search.policies.oracle import oracle_policy
 from workbench.search.policies.robust import Robust
+from workbench.search.policies.sight import SightAware
 from workbench.search.policy import SearchPolicy
 
 PolicyFactory = Callable[[], SearchPolicy]
@@ -33,12 +34,16 @@ POLICIES: Mapping[str, PolicyFactory] = MappingProxyType(
         "marginal-lios": lambda: LeastExpectedCost(name="marginal-lios", belief_model="marginal", ranking="worth"),
         "full-lios": lambda: FullTour(),
         "robust-lios": lambda: Robust(),
+        "sight-lios": lambda: SightAware(),
     }
 )
 """Policies that do not know the true house. For the oracle see oracle_policy(house)."""
 
 WHERE_LOOKS_MISS = ("robust-lios",)
 """Policies that differ from others only where looks can miss; elsewhere they are not part of "all"."""
+
+WHERE_ROBOT_SEES = ("sight-lios",)
+"""Policies that differ from others only for a robot that sees in passing; they are not part of "all"."""
 
 
 def policy(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> SearchPolicy:
@@ -71,7 +76,8 @@ def policy_names(*, looks_miss: bool = False) -> tuple[str, ...]:
     Args:
         looks_miss: with those that differ from others only where looks can miss.
     """
-    ours = tuple(name for name in POLICIES if looks_miss or name not in WHERE_LOOKS_MISS)
+    left_out = WHERE_ROBOT_SEES if looks_miss else (*WHERE_LOOKS_MISS, *WHERE_ROBOT_SEES)
+    ours = tuple(name for name in POLICIES if name not in left_out)
     return (*ours, *(name for name in installed_names(POLICY) if name not in POLICIES))
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from workbench.arrays import Floats, Indices
 from workbench.errors import BadValue
 from workbench.search.find_costs import BeliefModel
-from workbench.search.remaining import unconditioned
+from workbench.search.remaining import KINDS, compiled_loops, unconditioned
 
 Combine = Callable[[Floats, Floats], Floats]
 
@@ -67,7 +67,11 @@ def still_missing_by_counts(
     others = p.copy()
     np.put_along_axis(others, candidates, 0.0, axis=1)
     with_shown, with_hidden = _rules(model)
-    rest = reduce(with_hidden, others.T)[:, None]
+    rest = reduce(with_hidden, others.T)
+    loops = compiled_loops()
+    if loops is not None:
+        return loops.missing_by_counts(shown, hidden, rest, KINDS[model])
+    rest = rest[:, None]
     return _still_missing(_of_states(shown, with_shown), with_hidden(_of_states(hidden, with_hidden), rest), model)
 
 

@@ -6,7 +6,7 @@ Shared by the simulated world and by replay, which must agree: both work it out 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import atan2, ceil, hypot, isfinite
 from typing import Protocol, final
@@ -107,7 +107,7 @@ class PassingWays:
         self.radius_m = radius_m
         self._lines = LinesOfSight(plan, radius_m)
         self._open = tuple(c for c in self._lines.open if travel.reaches(LocationId(c.id)))
-        self._travel = travel
+        self._travel = replace(travel, sight=self)
         self._ways = ways
         self._travels: dict[LocationId, TravelCosts] = {}
         self._paths: dict[tuple[LocationId, LocationId], tuple[Point, ...] | None] = {}
@@ -149,6 +149,21 @@ class PassingWays:
         if (a, b) not in self._along:
             self._along[a, b] = self._found_along(self.path(a, b) or (), self.standing_pose(b))
         return self._along[a, b]
+
+    def coming_into_view(self, a: LocationId, b: LocationId) -> tuple[tuple[ContainerId, float, float], ...]:
+        """What comes into view on the way from a to b, in order, with the metres of the way before that, and those
+        straight on to where the robot stands at the container (Sight)."""
+        seen: list[tuple[ContainerId, float, float]] = []
+        for s in self.along(a, b):
+            there = self._ways.standing_pose(LocationId(s.container)) or s.viewpoint
+            on_m = hypot(there.x_m - s.viewpoint.x_m, there.y_m - s.viewpoint.y_m)
+            seen.append((s.container, s.along_m, on_m))
+        return tuple(seen)
+
+    def metres_from_view(self, a: LocationId, b: LocationId) -> Floats | None:
+        """Metres from where b comes into view on the way from a to every location; None for nowhere (Sight)."""
+        view = next((s for s in self.along(a, b) if s.container == b), None)
+        return None if view is None else self.travel_from(_stop_at(view.viewpoint)).metres[-1, :-1]
 
     def walk(
         self,
@@ -232,7 +247,12 @@ def _with_point(travel: TravelCosts, location: LocationId, row: Floats) -> Trave
     metres = np.zeros((n + 1, n + 1))
     metres[:n, :n] = travel.metres
     metres[n, :n] = metres[:n, n] = row
-    return TravelCosts(locations=(*travel.locations, location), metres=metres, unreachable=travel.unreachable)
+    return TravelCosts(
+        locations=(*travel.locations, location),
+        metres=metres,
+        unreachable=travel.unreachable,
+        sight=travel.sight,
+    )
 
 
 def _poses(way: Sequence[Point], end: Pose | None) -> Iterator[tuple[Pose, float]]:
