@@ -46,10 +46,12 @@ def _head(history: ContainerHistory) -> Markup:
 
 def _contents(history: ContainerHistory, clock: Clock) -> Markup:
     if history.contents is not None:
-        when = "Known at the start" if history.known else html("Searched at {}", _moment(history.searched_ns, clock))
+        how = "Seen in passing" if history.in_passing else "Searched"
+        when = "Known at the start" if history.known else html("{} at {}", how, _moment(history.searched_ns, clock))
         return html("<h3>What was there</h3><p>{}.</p>{}", when, _items(history.contents))
+    how = "seen in passing" if history.in_passing else "searched"
     later = (
-        html("; it is searched at {}", _moment(history.searched_ns, clock)) if history.searched_ns is not None else ""
+        html("; it is {} at {}", how, _moment(history.searched_ns, clock)) if history.searched_ns is not None else ""
     )
     never = "" if later else ", and this run never does"
     return html("<h3>What was there</h3><p>Nobody has opened it yet{}{}.</p>", later, never)

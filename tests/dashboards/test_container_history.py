@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import msgspec
 import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_plan
 from toy_run import named_run, ns, other_run, toy_run
@@ -11,7 +14,7 @@ from dashboards.model.containers.container_history import ContainerHistory, cont
 from dashboards.model.containers.container_pick import container_met
 from dashboards.model.timeline import timeline_of
 from dashboards.panels.container import container
-from workbench.log_schema.events import SeenItem
+from workbench.log_schema.events import SeenInPassing, SeenItem
 
 INDEX = {c.id: i for i, c in enumerate(toy_plan().containers)}
 
@@ -120,3 +123,20 @@ def test_a_ray_meets_the_nearest_and_an_empty_floor_meets_none() -> None:
     assert container_met(toy_plan(), (-3.0, 3.55, 0.5), (1, 0, 0)) == INDEX[FRIDGE]
     assert container_met(toy_plan(), (9.0, 3.55, 0.5), (1, 0, 0)) is None, "what is behind is not met"
     assert container_met(toy_plan(), (4.0, 2.0, 9.0), (0, 0, -1)) is None
+
+
+def test_a_container_seen_in_passing_says_so_before_and_after() -> None:
+    run = toy_run()
+    seen = SeenInPassing(viewpoint=(1.0, 1.0, 0.0))
+    passed = tuple(
+        msgspec.structs.replace(o, passing=seen) if o.container == COUNTER else o for o in run.observations
+    )
+    timeline = timeline_of(replace(run, observations=passed))
+    clock = Clock(timelines=(timeline,))
+    shown = [
+        str(container(container_history(timeline, INDEX[which], ns(second), focus="Mug"), clock, "Mug"))
+        for which, second in ((COUNTER, 6.9), (COUNTER, 7.0), (FRIDGE, 15))
+    ]
+    assert "it is seen in passing at" in shown[0]
+    assert "Seen in passing at" in shown[1]
+    assert "Searched at" in shown[2]

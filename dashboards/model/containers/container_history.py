@@ -60,6 +60,7 @@ class ContainerHistory:
         way_m: metres from where the robot stood at the decision in force; None where that is unknown.
         known: whether its contents were known before the run began.
         searched_ns: when it was searched in this run (also later than the moment); None for never.
+        in_passing: whether it was not searched then, but seen by a robot that passed it.
         contents: what was seen in it by the moment; None while it is unopened.
         truth: what it held in truth, at the start; None unless asked for and recorded.
         belief: (stamp, probability of the item in focus) at each decision of the whole run that has one.
@@ -73,6 +74,7 @@ class ContainerHistory:
     way_m: float | None
     known: bool
     searched_ns: int | None
+    in_passing: bool
     contents: tuple[ItemCount, ...] | None
     truth: tuple[ItemCount, ...] | None
     belief: Series
@@ -111,6 +113,10 @@ def container_history(
         way_m=travel.between(LocationId(plan.robot_at), here) if plan is not None else None,
         known=known,
         searched_ns=searched_ns if searched_ns != NEVER else None,
+        in_passing=any(
+            o.passing is not None and o.container == container.id and o.stamp.ns == searched_ns
+            for o in timeline.run.observations
+        ),
         contents=_counts(timeline, container.id, timeline.contents.get(container.id, ()), stamp_ns) if seen else None,
         truth=None if truth is None else _counts(timeline, container.id, truth.get(container.id, ()), stamp_ns),
         belief=_belief(timeline, container.id, focus),
