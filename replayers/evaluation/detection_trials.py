@@ -3,6 +3,9 @@
 A look counts for an item only once something other than that look shows that the item is there: an earlier look, a
 person's correction, what was planted, or a simulation's truth. The look that first shows an item says nothing of how
 often such looks miss, since without it nobody would know of the item.
+
+An item that a look shows because the operator said that it is there was not thereby detected: whether it was is read
+from the detections in the log.
 """
 
 from __future__ import annotations
@@ -15,12 +18,14 @@ import msgspec
 import numpy as np
 
 from replayers.counterfactual.evidence_rules import VIEWPOINT_M
+from replayers.log_tools.notes import note_from
+from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import Run
 from replayers.tables.frames import poses_in
 from workbench.arrays import Floats
 from workbench.log_schema.codec import UndecodableMessage
-from workbench.log_schema.corrections import Correction, made_up_id
+from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction, item_said_there, made_up_id
 from workbench.log_schema.events import Observation, Stamp
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import ContainerId, ItemType, LocationId
@@ -28,6 +33,8 @@ from workbench.worlds.sight.clear_line import clear_line
 
 DETECTIONS, POLLS = "/robot/detections", "/robot/fiducials"
 """Topics of a robot's log: every new detection of a tag, and one message each time that the robot was asked."""
+ASKED = frozenset({DETECTIONS, POLLS, "/spot/world_objects"})
+"""Topics whose messages show that the robot was asked for tags at that time."""
 IN_VIEW_M = 4.0
 """Distance in metres beyond which a tag in passing does not count as in view."""
 LOOK, PASSING = "look", "in passing"
@@ -98,9 +105,10 @@ def detection_trials(
     placed, poses = tuple(_placed(run, planted, checked=checked)), _poses(run)
     found = _detections(run)
     detector = next((d.detector for d in found if d.counts), run.info.source)
+    by_word = _shown_by_word(run, found)
     for seen in sorted(run.observations, key=lambda o: o.stamp.ns):
         if not seen.known_at_start:
-            yield from _of_look(run, seen, placed, poses, detector)
+            yield from _of_look(run, seen, placed, poses, detector, by_word)
     if len(poses):
         yield from _in_passing(run, placed, poses, found, detector)
 
@@ -143,8 +151,41 @@ def _same_item(known: Mapping[tuple[str, str], tuple[str, float]], correction: C
     return item.id, container
 
 
+def _shown_by_word(run: Run, found: Sequence[_Detection]) -> Mapping[tuple[int, str], bool | None]:
+    """By the stamp of a look and an item that the operator said was there: whether the detector saw it as well.
+
+    None where nobody can tell: the log does not say when the look began, or the robot was not asked for tags in it.
+    """
+    notes = [note_from(m) for m in messages(run.path, topics=NOTE_TOPIC.__eq__) if _is_event(m)]
+    said = [(note.start_ns, item) for note in notes if (item := item_said_there(note.text)) is not None]
+    if not said:
+        return {}
+    asked = [m.log_time for m in messages(run.path, topics=ASKED.__contains__)]
+    began = {(a.target, a.stamp.ns): a.start.ns for a in run.actions if a.action == "search"}
+    answer: dict[tuple[int, str], bool | None] = {}
+    before_ns = 0
+    for seen in sorted(run.observations, key=lambda o: o.stamp.ns):
+        end_ns = seen.stamp.ns
+        start_ns = began.get((seen.container, end_ns), end_ns)
+        looked = any(start_ns < stamp < end_ns for stamp in asked)
+        for item in {item for stamp, item in said if before_ns < stamp <= end_ns}:
+            detected = any(d.item == item and d.counts and start_ns <= d.stamp.ns <= end_ns for d in found)
+            answer[end_ns, item] = detected if looked else None
+        before_ns = end_ns
+    return answer
+
+
+def _is_event(message: Message) -> bool:
+    return message.schema is not None and message.schema.name == NOTE_SCHEMA
+
+
 def _of_look(
-    run: Run, seen: Observation, placed: Iterable[_Placed], poses: Floats, detector: str
+    run: Run,
+    seen: Observation,
+    placed: Iterable[_Placed],
+    poses: Floats,
+    detector: str,
+    by_word: Mapping[tuple[int, str], bool | None],
 ) -> Iterator[DetectionTrial]:
     named = None if seen.look is None else set(seen.look.item_types)
     detector = detector if seen.look is None else seen.look.detector or detector
@@ -154,8 +195,10 @@ def _of_look(
         if one.container != seen.container or not one.known_ns < seen.stamp.ns <= one.until_ns:
             continue
         only_type = one.item == made_up_id(ItemType(one.item_type), one.container)
-        found = one.item in shown or (only_type and one.item_type in types)
-        if named is None or one.item_type in named:
+        found: bool | None = one.item in shown or (only_type and one.item_type in types)
+        if one.item in shown:
+            found = by_word.get((seen.stamp.ns, one.item), found)
+        if found is not None and (named is None or one.item_type in named):
             yield _trial(run, one, at, LOOK, detector, detected=found)
 
 

@@ -14,6 +14,7 @@ from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
 NOTE_TOPIC = "/notes"
 NOTE_SCHEMA = "foxglove.Event"
 
+_THERE_BEGIN, _THERE_END = "The operator says that ", " is here"
 _ITEM, _TYPE, _CONTAINER = "seen_item", "seen_type", "seen_container"
 
 
@@ -51,6 +52,18 @@ class Correction:
 def made_up_id(item_type: ItemType, container: ContainerId) -> ItemId:
     """The id of an item of which only the type and the container are known."""
     return ItemId(f"{item_type}|seen|{container}")
+
+
+def said_there(item: str) -> str:
+    """The note of an operator who sees an item where the robot looks; the look then shows it, detected or not."""
+    return f"{_THERE_BEGIN}{item}{_THERE_END}"
+
+
+def item_said_there(text: str) -> str | None:
+    """The item of such a note; None for any other note."""
+    if not (text.startswith(_THERE_BEGIN) and text.endswith(_THERE_END)):
+        return None
+    return text.removeprefix(_THERE_BEGIN).removesuffix(_THERE_END)
 
 
 def correction_from(pairs: Mapping[str, str], *, stamp_ns: int) -> Correction | None:

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from workbench.log_schema.corrections import said_there
 from workbench.terminal import say
 from workbench.worlds.house import Item
 
@@ -97,7 +98,7 @@ class RunKeys:
 
     def _say_there(self, item: Item) -> None:
         self.requests.there(item)
-        self._say(f"The operator says that {item.id} is here")
+        self._say(said_there(item.id))
 
     def _say(self, text: str) -> None:
         self.note(text)

@@ -13,7 +13,9 @@ from recorders.spot.client.connection import Connection
 from recorders.spot.run.operator_requests import SKIPPED, OperatorRequests, RunKeys
 from recorders.spot.run.run import run_and_record
 from recorders.spot.run.world import SpotWorld
+from recorders.spot.session.session import Session
 from recorders.spot.simulated.services.server import SimulatedSpot
+from replayers.evaluation.detection_trials import LOOK, detection_trials
 from replayers.runs.run import Run, read
 from workbench.worlds.house import LocationId
 
@@ -105,6 +107,31 @@ def test_items_that_the_operator_sees_are_in_the_look_and_noted_and_not_lost(
     picks = [action for action in run.actions if action.action == "pick"]
     assert picks
     assert all(pick.item_remains for pick in picks), "what a person sees is there, though its tag is not seen"
+
+
+@pytest.mark.parametrize("detected", [pytest.param(True, marks=pytest.mark.slow), False])
+def test_the_operators_word_is_no_detection(detected: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A look that shows an item only because the operator says so has missed it."""
+    pressed: list[str] = []
+    place, (item, *_) = next((name, items) for name, items in placed()[1].contents.items() if items)
+
+    def press(world: SpotWorld) -> None:
+        if not pressed and world.at == LocationId(place):
+            pressed.append("i")
+            session = getattr(world.tell, "__self__", None)
+            assert isinstance(session, Session)
+            RunKeys(world.requests, (item,), session.note).press("i")
+
+    with robot(*(() if detected else ("tag-not-seen@0",))) as (spot, connection):
+        _, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press)
+    (look,) = [o for o in run.observations if o.container == place]
+    assert item.id in {shown.id for shown in look.items}
+    here = [t for t in detection_trials(run, checked=True) if t.made == LOOK and t.item_type == item.type]
+    assert [trial.detected for trial in here] == [detected]
+    assert not any(trial.made == LOOK for trial in detection_trials(run)), "one look each tells nothing by itself"
+    monkeypatch.setattr("replayers.evaluation.detection_trials.ASKED", frozenset[str]())
+    left = [t for t in detection_trials(run, checked=True) if t.made == LOOK and t.item_type == item.type]
+    assert left == [], "nobody asked for tags, so nobody can tell whether it was detected"
 
 
 def test_keys_set_wishes_and_note_them() -> None:
