@@ -118,6 +118,7 @@ def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> Non
         connection.clock.sleep(2.0)
         with spot.state.alive() as state:
             assert state.body.walk.state == "expired", "three seconds of silence and it stands"
+            assert 1.0 < state.body.walked_m <= 3 * 0.5 + 0.1, "as far as it walks in three seconds, no farther"
         again = renew_navigation(world, navigation_goal(world, bed, standing), number)
         assert again != number, "a new command, the old is forgotten"
         assert isinstance(world.go_to(bed), ActionDone)
