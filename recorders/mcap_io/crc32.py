@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import lru_cache
 
 POLYNOMIAL = 0xEDB88320
 """Of CRC-32 (ISO 3309), bits reversed."""
+MAX_POWERS = 64
+"""Of two, that a length can hold: one table each."""
 Tables = tuple[tuple[int, ...], ...]
 
 
@@ -28,7 +30,7 @@ def combined_crc(first: int, second: int, second_bytes: int) -> int:
     return first ^ second
 
 
-@cache
+@lru_cache(maxsize=MAX_POWERS)
 def _zeros(power: int) -> Tables:
     """What 2^power zero bytes make of a checksum: a table for each of its four bytes, the lowest first."""
     columns = _columns(power)
@@ -37,7 +39,7 @@ def _zeros(power: int) -> Tables:
     )
 
 
-@cache
+@lru_cache(maxsize=MAX_POWERS)
 def _columns(power: int) -> tuple[int, ...]:
     """The same as a matrix over bits: what becomes of a checksum in which a single bit is set."""
     if power > 0:

@@ -120,7 +120,7 @@ def test_weights_of_other_houses_are_not_kept(
         (["--folds", "1"], "--folds is 1"),
         (["--folds", "1000", *COUNTS], "the number of houses to learn from"),
         (["--folds", "2", "--estimator", "mine.safetensors"], "estimator to train"),
-        (["--also", "no.jsonl"], "given with --folds"),
+        (["--also", "no.jsonl"], "used with --folds"),
     ],
 )
 def test_bad_usage_is_one_line(
@@ -166,7 +166,7 @@ def test_weights_trained_beforehand_are_those_of_the_evaluation(
     ("arguments", "said"),
     [
         (["--folds", "1"], "--folds is 1"),
-        (["--also", "other.jsonl"], "given with --folds"),
+        (["--also", "other.jsonl"], "used with --folds"),
         (["--folds", "3", "--houses", "other.jsonl"], "one file with --folds"),
         (["--folds", "3", "-e", "encoder"], "estimator to train"),
         (["--scheduler", "local"], "given with --folds"),

@@ -100,7 +100,7 @@ def _worse(path: Path, seed: int, safe_until: int) -> None:
 def _only_says_what_was_lost(examined: Examination) -> bool:
     """Whether nothing is wrong with a recovered log but what it says of its own recovery."""
     wrong = [finding for finding in examined.findings if finding.level not in (Level.INFO, Level.WARNING)]
-    return all(finding.what.startswith("recovered from a log with") for finding in wrong)
+    return all(finding.what.startswith("recovered from a log ") for finding in wrong)
 
 
 def _check(writers: Writers, folder: Path, kind: str, seed: int) -> None:

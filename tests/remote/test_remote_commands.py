@@ -137,7 +137,7 @@ def test_each_trouble_of_a_server_is_one_line(log: Path, capsys: pytest.CaptureF
 
 def _troubles(server: WebServer) -> list[tuple[dict[str, Any], str]]:
     return [
-        ({"ranges": False}, "no ranges"),
+        ({"ranges": False}, "does not support range requests"),
         ({"breaks_at": 8}, "broke off"),
         ({"status": 403}, "credentials"),
         ({"status": 500}, "cannot be reached"),

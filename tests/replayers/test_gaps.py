@@ -11,7 +11,7 @@ from damaged_logs import chunks_of, flip
 from sample_logs import write_toy_log
 
 from replayers.counterfactual.evidence import PartOfRun, StartUnknown, evidence_of
-from replayers.counterfactual.evidence_rules import contents_at_start
+from replayers.runs.contents import contents_at_start
 from replayers.runs.gaps import gaps_of
 from replayers.runs.run import Run, read
 from workbench import cli

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from dashboards.geometry.marks import Mesh
 from dashboards.geometry.solids import Batch, Shape, unit_mesh
 from dashboards.palette import Colour
 from workbench.arrays import Floats, Floats32, Uints32
+from workbench.tolerances import DEGENERATE, MIN_LENGTH_M
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +97,7 @@ def merged(meshes: Sequence[LitMesh]) -> LitMesh:
 def _of_batch(batch: Batch) -> LitMesh:
     points, faces = unit_mesh(batch.shape)
     solids, corners = len(batch.centre), len(points)
-    sloped = unit_normals(batch.shape)[None] / np.maximum(batch.size_m[:, None], 1e-6)
+    sloped = unit_normals(batch.shape)[None] / np.maximum(batch.size_m[:, None], MIN_LENGTH_M)
     sloped /= np.linalg.norm(sloped, axis=2, keepdims=True)
     vertices = _turned(points[None] * batch.size_m[:, None], batch) + batch.centre[:, None]
     normals = _turned(sloped, batch).reshape(-1, 3).astype(np.float64)
@@ -108,7 +109,7 @@ def _of_batch(batch: Batch) -> LitMesh:
     )
 
 
-@cache
+@lru_cache(maxsize=8)
 def unit_normals(shape: Shape) -> Floats:
     """The unit normals at the vertices of a unit shape, (V, 3)."""
     return vertex_normals(*unit_mesh(shape))
@@ -121,7 +122,7 @@ def vertex_normals(points: Floats32, faces: Uints32) -> Floats:
     normals = np.zeros((len(points), 3))
     for i in range(3):
         np.add.at(normals, faces[:, i], across)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), DEGENERATE)
 
 
 def _turned(vectors: npt.NDArray[np.floating[Any]], batch: Batch) -> npt.NDArray[np.floating[Any]]:
