@@ -66,6 +66,7 @@ class BoundSearch:
         self._followed: set[Node] = set()
         self._parents: dict[Node, Node] = {}  # by the first path to each
         self._waiting: dict[Node, float] = {}  # with the most that each can cost, by that path
+        self._largest = -inf  # found when _waiting was last cleared of what can no longer matter
         self._known: dict[Node, float] = {}  # of these, those at which nothing is missing
 
     def bounds(self) -> Bounds:
@@ -100,7 +101,10 @@ class BoundSearch:
     def _open_maxima(self) -> int:
         """How many unexplored branches could cost more than the largest cost found (by the first path to each)."""
         largest = self._intervals[self._tree.root].largest_found(0, self._failure)
-        return sum([most > largest + NEAR_COST for most in self._waiting.values()])
+        if largest > self._largest:  # it only grows: what cannot exceed it now never will
+            self._largest = largest
+            self._waiting = {node: most for node, most in self._waiting.items() if most > largest + NEAR_COST}
+        return len(self._waiting)
 
     def _largest_known(self) -> Node | None:
         """The waiting node without open questions that can cost most, if that is more than the largest cost found.
@@ -172,9 +176,11 @@ class BoundSearch:
                     interval = self._outside.interval(child.knowledge, walking=child.walk is not None)
                     self._intervals[child] = interval
                     self._parents[child] = node
-                    self._waiting[child] = interval.upper(child.cost, self._failure)
+                    most = interval.upper(child.cost, self._failure)
+                    if most > self._largest + NEAR_COST:
+                        self._waiting[child] = most
                     if self._tree.plans_shortest and self._most.nothing_missing(child.knowledge):
-                        self._known[child] = self._waiting[child]
+                        self._known[child] = most
             if question.others:
                 self._others[node] = self._outside.interval(question.knowledge, walking=question.walk is not None)
                 self._others[node].spent = True

@@ -12,6 +12,7 @@ from math import inf
 from typing import final
 
 from replayers.counterfactual.bounds.lower_bound import LowerBound
+from replayers.counterfactual.bounds.nearest_first_bound import NearestFirstBound
 from replayers.counterfactual.bounds.upper_bound import UpperBound
 from replayers.counterfactual.estimates.intervals import Interval
 from replayers.counterfactual.evidence import Evidence
@@ -45,6 +46,8 @@ class StateBounds:
         self.most = UpperBound(
             evidence, nearest_first=nearest_first, empty_handed=empty_handed, plans_shortest=plans_shortest
         )
+        chains = nearest_first and empty_handed and plans_shortest
+        self._chains = NearestFirstBound(evidence, relevance) if chains else None
         self._sees = evidence.passing is not None
         self._types = goal_types(evidence.task.goal)
         self._misses_left = evidence.misses_left
@@ -68,7 +71,10 @@ class StateBounds:
             return low, inf, False
         if self._sees:
             return low, self.most.seeing(knowledge, walking=walking), self.least.certainly_possible(knowledge)
-        return low, self.most.direct_route_bound(knowledge), self.least.certainly_possible(knowledge)
+        high = self.most.direct_route_bound(knowledge)
+        if self._chains is not None:
+            high = min(high, self._chains.remaining_cost(knowledge))
+        return low, high, self.least.certainly_possible(knowledge)
 
     def _key(self, knowledge: Knowledge) -> tuple[Hashable, ...]:
         """Everything in a state that the two bounds depend on."""
