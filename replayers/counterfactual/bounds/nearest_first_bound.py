@@ -1,5 +1,5 @@
-"""The most that is left to pay for a strategy that looks into the nearest container first, by all ways of interrupting
-its looks.
+"""The most that is left to pay for a strategy that looks into the nearest container first, over all ways of
+interrupting its looks.
 
 Between two errands such a strategy goes from container to container, always to the nearest one left: where it stands
 and what is left decide the whole chain. Only an errand (fetch a found item, bring it to where the goal wants it)
@@ -169,7 +169,7 @@ def _most(state: _Errands) -> float:
             continue
         if brought[level] >> p & 1 or not _may_be_missing(state, brought[level] | 1 << p, gone[level]):
             continue
-        at = begin[level] if k == 0 else state.containers[chain[level, k - 1]]
+        at = int(begin[level] if k == 0 else state.containers[chain[level, k - 1]])
         errand = _errand(state, p, at, gone[level])
         if errand < 0:
             continue
@@ -186,7 +186,7 @@ def _most(state: _Errands) -> float:
 @njit(cache=True, nogil=True)
 def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> float:
     """The most that is left once a look into container `last` shows the last missing item; 0 where it cannot."""
-    most, place = 0.0, state.containers[last]
+    most, place = 0.0, int(state.containers[last])
     for found in range(len(state.targets)):
         if brought >> found & 1 or not state.missing[found] or not state.may[found, last]:
             continue
@@ -204,8 +204,8 @@ def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> floa
                     errand = _errand(state, p, at, gone)
                 if errand >= 0:  # otherwise it stands where it is wanted, or is still missing
                     cost += errand
-                    at = state.targets[p]
-            least = min(least, cost)
+                    at = int(state.targets[p])
+            least = min(least, float(cost))
         most = max(most, least)
     return most
 
