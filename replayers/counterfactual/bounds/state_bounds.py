@@ -16,6 +16,7 @@ from replayers.counterfactual.bounds.upper_bound import UpperBound
 from replayers.counterfactual.estimates.intervals import Interval
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
+from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
 from workbench.caches import Cache
 from workbench.planning.tasks import goal_types
 from workbench.worlds.knowledge import Knowledge
@@ -32,19 +33,9 @@ class StateBounds:
         least, most: the lower and the upper bound.
     """
 
-    def __init__(
-        self,
-        evidence: Evidence,
-        relevance: Relevance,
-        *,
-        nearest_first: bool = False,
-        empty_handed: bool = False,
-        plans_shortest: bool = False,
-    ) -> None:
+    def __init__(self, evidence: Evidence, relevance: Relevance, traits: SearchTraits = UNKNOWN) -> None:
         self.least = LowerBound(evidence, relevance)
-        self.most = UpperBound(
-            evidence, nearest_first=nearest_first, empty_handed=empty_handed, plans_shortest=plans_shortest
-        )
+        self.most = UpperBound(evidence, traits)
         self._sees = evidence.passing is not None
         self._types = goal_types(evidence.task.goal)
         self._misses_left = evidence.misses_left
