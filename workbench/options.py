@@ -51,6 +51,15 @@ Sees = Annotated[
     float,
     Option("--sees", help="Metres from which the robot sees open furniture in passing; 0 for not at all."),
 ]
+BoundsBudget = Annotated[
+    int | None,
+    Option(
+        "--budget",
+        min=1,
+        help="Segments of the loop, between unopened containers, to spend on the bounds of one replay; default: "
+        "1500, or 400 for a strategy that simulates or is not built in.",
+    ),
+]
 RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
 Upload = Annotated[
     str, Option("--upload", help="Also upload what was written to this address, such as s3://bucket/runs/.")

@@ -23,7 +23,7 @@ from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.log_schema.events import NANO, SeenItem
 from workbench.worlds.house import FloorPlan
 
-SENSES_EVERY_S, SENSES_REST = 2.0, 10.0
+SENSORS_EVERY_S, SENSORS_REST = 2.0, 10.0
 """How long to wait before the sensors of a growing log are indexed again: seconds, or multiples of the time it
 took."""
 MAX_CACHED_RUNS = 24
@@ -58,7 +58,7 @@ class Library:
         self.paths = tuple({path.resolve(): path for path in named}.values())
         self._timelines: Cache[int, Timeline] = Cache(MAX_CACHED_RUNS)
         self._robot_sensors: Cache[int, RobotSensors | None] = Cache(MAX_CACHED_RUNS)
-        self._senses_fresh_until: dict[int, float] = {}
+        self._sensors_fresh_until: dict[int, float] = {}
         self._truths: Cache[int, Mapping[str, tuple[SeenItem, ...]] | None] = Cache(MAX_CACHED_RUNS)
         self._notes: Cache[int, tuple[Note, ...]] = Cache(MAX_CACHED_RUNS)
         self._shapes: Cache[FloorPlan, HouseShape] = Cache(MAX_CACHED_RUNS)
@@ -150,7 +150,7 @@ class Library:
             self._timelines.drop(index)
             self._truths.drop(index)
             self._notes.drop(index)
-            if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
+            if time.monotonic() > self._sensors_fresh_until.get(index, 0.0):
                 self._robot_sensors.drop(index)
         return self.timeline(index)
 
@@ -174,7 +174,7 @@ class Library:
             return None
         finally:
             ended = time.monotonic()
-            self._senses_fresh_until[index] = ended + max(SENSES_EVERY_S, SENSES_REST * (ended - began))
+            self._sensors_fresh_until[index] = ended + max(SENSORS_EVERY_S, SENSORS_REST * (ended - began))
 
     def _truth(self, path: Path) -> Mapping[str, tuple[SeenItem, ...]] | None:
         from replayers.runs.run import read

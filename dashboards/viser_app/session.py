@@ -305,9 +305,9 @@ class Session:
         lines: list[str] = []
         with self.view_errors.caught("this moment", lines.append):
             act()
-        for error_listeners in self.error_listeners:
+        for listener in self.error_listeners:
             with self.view_errors.caught("what went wrong", lines.append):
-                error_listeners("".join(lines[:1]))
+                listener("".join(lines[:1]))
 
     def _show_room_names(self) -> None:
         view = view_of(self.client.camera) if self.state.room_names else None

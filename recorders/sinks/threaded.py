@@ -165,9 +165,8 @@ class ThreadedSink:
         except LiosError as error:
             self._stop(error)
         finally:
-            if (
-                not finished and self.stop_reason is None
-            ):  # a programming error: report it, and let threading print it
+            if not finished and self.stop_reason is None:
+                # a programming error: report it, and let threading print it
                 self._stop(RecorderStopped(self._inner.path))
 
     def _drain_queue(self) -> bool:

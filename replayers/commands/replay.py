@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from workbench.errors import BadValue
-from workbench.options import Ask, Json, MemoryLogs, MoveRatesFile, Scheduler, Upload
+from workbench.options import Ask, BoundsBudget, Json, MemoryLogs, MoveRatesFile, Scheduler, Upload
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
@@ -49,15 +49,7 @@ def replay(
     ] = "log",
     ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")] = 200,
-    budget: Annotated[
-        int | None,
-        Option(
-            "--budget",
-            min=1,
-            help="Segments of the loop, between unopened containers, to spend on the bounds of one strategy; "
-            "default: 1500, or 400 for a strategy that simulates or is not built in.",
-        ),
-    ] = None,
+    budget: BoundsBudget = None,
     unique: Annotated[bool, Option("--unique", help="Assume no instances beyond those that the log shows.")] = False,
     no_inventory: Annotated[
         bool, Option("--no-inventory", help="Do not treat the task's item list as complete.")
@@ -130,7 +122,7 @@ def replay(
     import replayers
     from replayers.batch.replay_all import LogFailed
     from replayers.batch.replay_rows import pair_rows, replay_row
-    from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
+    from replayers.counterfactual.bounds.bounds import budget_of
     from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.counterfactual.relevance import Assumptions
@@ -147,7 +139,7 @@ def replay(
         estimator_origin=NameOrigin.USER,
         ask=may_ask_estimator(estimator, ask=ask),
         worlds=worlds,
-        budget=DEFAULT_BUDGET if budget is None else Budget(segments=budget),
+        budget=budget_of(budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique, misses=misses),
         with_truth=with_truth,
         timeout_s=timeout,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from workbench.options import Ask, Json, Workers
+from workbench.options import Ask, BoundsBudget, Json, Workers
 from workbench.parameters import Argument, Option
 from workbench.tolerances import NEAR_COST
 
@@ -50,15 +50,7 @@ def select(
     ] = "log",
     ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
-    budget: Annotated[
-        int | None,
-        Option(
-            "--budget",
-            min=1,
-            help="Segments of the loop, between unopened containers, to spend on the bounds of one replay; default: "
-            "1500, or 400 for a strategy that simulates or is not built in.",
-        ),
-    ] = None,
+    budget: BoundsBudget = None,
     look_next: Annotated[
         bool,
         Option(
@@ -86,7 +78,7 @@ def select(
     """
     from replayers.batch.next_look import looks_by_log, shared_looks
     from replayers.batch.replay_all import LogFailed
-    from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
+    from replayers.counterfactual.bounds.bounds import budget_of
     from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
@@ -101,7 +93,7 @@ def select(
         estimator_origin=NameOrigin.USER,
         ask=may_ask_estimator(estimator, ask=ask),
         worlds=worlds,
-        budget=DEFAULT_BUDGET if budget is None else Budget(segments=budget),
+        budget=budget_of(budget),
         seed=seed,
     )
     made = replay_candidates(

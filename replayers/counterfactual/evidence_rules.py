@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import floor
 from types import MappingProxyType
 
 from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation
 from workbench.tolerances import NEAR_ROUNDED
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
+from workbench.worlds.perception import viewpoint_square
 
 LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
 """What a step of a replay rests on: the run did the very same; it follows from the log and its assumptions; it rests
 on a filling of a container that nobody opened."""
-
-VIEWPOINT_M = 0.25
-"""Side of the squares of the floor within which a viewpoint is the same viewpoint."""
 
 OVERLOOKED = "|overlooked|"
 """Marks the id of an item that a recorded look is taken to have overlooked, before its container."""
@@ -109,18 +106,18 @@ def chances_of_missing(
     """Per item type and container, the chance that every look there missed it, as the log assumes.
 
     Args:
-        independent: every look counts, as in simulation; otherwise looks from one viewpoint (a square of
-            VIEWPOINT_M) count once, since what one of them misses the others miss as well (Velez et al., JAIR 44,
-            2012).
+        independent: every look counts, as in simulation; otherwise looks from one viewpoint
+            (viewpoint_square) count once, since what one of them misses the others miss as well (Velez et al.,
+            JAIR 44, 2012).
     """
     chances: dict[tuple[ItemType, ContainerId], float] = {}
-    counted: set[tuple[str, tuple[int, ...]]] = set()
+    counted: set[tuple[str, tuple[int, int] | None]] = set()
     for seen in observations:
         look = seen.look
         if look is None:
             continue
-        square = tuple(floor(metres / VIEWPOINT_M) for metres in look.viewpoint[:2])
-        if not independent and square and (seen.container, square) in counted:
+        square = viewpoint_square(*look.viewpoint[:2]) if look.viewpoint else None
+        if not independent and square is not None and (seen.container, square) in counted:
             continue
         counted.add((seen.container, square))
         for item_type, p in zip(look.item_types, look.p_detect, strict=True):

@@ -25,9 +25,7 @@ from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, RunTree, TreeOpti
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import (
     decision_kind,
-    looks_empty_handed,
-    looks_nearest_first,
-    plans_shortest,
+    search_traits,
     uses_beliefs,
 )
 from replayers.counterfactual.world_failure import failure_in_worlds
@@ -202,9 +200,7 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             static_beliefs=prepared.static_beliefs,
             exact_beliefs=_exact_beliefs(prepared, planner),
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
-            nearest_first=looks_nearest_first(planner, evidence.task.goal),
-            empty_handed=looks_empty_handed(planner),
-            plans_shortest=plans_shortest(planner, evidence.task.goal),
+            traits=search_traits(planner, evidence.task.goal),
             durations=prepared.durations,
         ),
     )
@@ -219,7 +215,7 @@ def _world_search(prepared: PreparedLog, planner: Strategy, first: RunEnded) -> 
 
     def search() -> WorldSearch:
         tree = run_tree_of(prepared, planner)
-        budget = prepared.settings.budget.of(plans_shortest=tree.plans_shortest)
+        budget = prepared.settings.budget.of(plans_shortest=tree.traits.plans_shortest)
         by_names = prepared.static_beliefs and prepared.exact_beliefs
         return search_worlds(tree, prepared.worlds, budget, prepared.memory, by_names=by_names)
 

@@ -21,6 +21,7 @@ from replayers.counterfactual.overlooked import possible_contents
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from replayers.counterfactual.results import Assignment
 from replayers.counterfactual.run_nodes import Choose, Leaf, Node, Segment, UnfinishedWalk, UnobservedLook
+from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
 from workbench.beliefs.belief import Estimator
 from workbench.caches import Cache
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
@@ -50,9 +51,7 @@ class TreeOptions:
         exact_beliefs: the estimator answers what the robot believed; with rounded beliefs (logged_belief.ROUNDED)
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
-        nearest_first: its looks go to the nearest unsearched container.
-        empty_handed: it looks only with its hand free.
-        plans_shortest: once nothing is missing, it carries out a shortest plan.
+        traits: what is known of its runs, for bounds.
         durations: how long actions take where a run is replayed.
     """
 
@@ -62,9 +61,7 @@ class TreeOptions:
     static_beliefs: bool = True
     exact_beliefs: bool = True
     reads_beliefs: bool = True
-    nearest_first: bool = False
-    empty_handed: bool = False
-    plans_shortest: bool = False
+    traits: SearchTraits = UNKNOWN
     durations: Durations = SIMULATED
 
 
@@ -94,9 +91,7 @@ class RunTree:
         self.max_picks = 0
         self.asked: dict[ContainerId, None] = {}
         self.max_steps = options.max_steps
-        self.nearest_first = options.nearest_first
-        self.empty_handed = options.empty_handed
-        self.plans_shortest = options.plans_shortest
+        self.traits = options.traits
         self._key = StateKey(relevance, options.static_beliefs, evidence.misses_left if evidence.misses else None)
         self._planner = MemoizedStrategy(strategy, self._key) if options.merge else strategy
         self._estimator = estimator

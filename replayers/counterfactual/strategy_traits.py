@@ -9,6 +9,7 @@ probable. Only where items are to be prepared do its plans choose meeting places
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import dataclass
 
 from workbench.planning.actions import prepares
 from workbench.planning.composed import Composed
@@ -17,6 +18,35 @@ from workbench.planning.solvers.protocol import BuiltIn
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import AllOf, Delivered, Goal, Holding
 from workbench.search.policies.nearest_first import NearestFirst
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchTraits:
+    """What is known of a strategy's runs, by which their costs are bounded from above; False where it is unknown.
+
+    Attributes:
+        nearest_first: its looks go to the nearest unsearched container.
+        empty_handed: it looks only with an empty hand; others may look on the way with what they fetched.
+        plans_shortest: once nothing is missing, it carries out a plan that costs no more than the best of those that
+            bring every item straight to its place.
+    """
+
+    nearest_first: bool = False
+    empty_handed: bool = False
+    plans_shortest: bool = False
+
+
+UNKNOWN = SearchTraits()
+"""Of a strategy of which nothing is known."""
+
+
+def search_traits(planner: Strategy, goal: Goal) -> SearchTraits:
+    """The traits of a strategy for a goal."""
+    return SearchTraits(
+        nearest_first=looks_nearest_first(planner, goal),
+        empty_handed=looks_empty_handed(planner),
+        plans_shortest=plans_shortest(planner, goal),
+    )
 
 
 def uses_beliefs(planner: Strategy, goal: Goal) -> bool:

@@ -12,12 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import atan2, floor, hypot, inf, pi
+from math import atan2, hypot, inf, pi
 
 import msgspec
 import numpy as np
 
-from replayers.counterfactual.evidence_rules import VIEWPOINT_M
 from replayers.log_tools.notes import note_from
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
@@ -29,6 +28,7 @@ from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction
 from workbench.log_schema.events import Observation, Stamp
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.perception import viewpoint_square
 from workbench.worlds.sight.clear_line import clear_line
 
 DETECTIONS, POLLS = "/robot/detections", "/robot/fiducials"
@@ -214,9 +214,9 @@ def _in_passing(
         if one.container in opened:
             continue
         sights = [d.stamp.ns for d in found if d.item == one.item and d.stamp.ns < one.until_ns]
-        seen_from = {_cell(_pose_at(poses, stamp)) for stamp in sights}
+        seen_from = {viewpoint_square(*_pose_at(poses, stamp)) for stamp in sights}
         before = asked[(asked < one.until_ns) & (asked > one.known_ns)]
-        viewpoints = {_cell(_pose_at(poses, stamp)): _pose_at(poses, stamp) for stamp in before.tolist()}
+        viewpoints = {viewpoint_square(*_pose_at(poses, stamp)): _pose_at(poses, stamp) for stamp in before.tolist()}
         for cell, at in sorted(viewpoints.items()):
             if _in_view(run, one.container, at):
                 yield _trial(run, one, at, PASSING, detector, detected=cell in seen_from)
@@ -281,7 +281,3 @@ def _poses(run: Run) -> Floats:
 def _pose_at(poses: Floats, stamp_ns: float) -> Point:
     i = min(max(int(np.searchsorted(poses[:, 0], stamp_ns)), 0), len(poses) - 1)
     return (float(poses[i, 1]), float(poses[i, 2]))
-
-
-def _cell(at: Point) -> tuple[int, int]:
-    return floor(at[0] / VIEWPOINT_M), floor(at[1] / VIEWPOINT_M)

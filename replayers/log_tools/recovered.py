@@ -28,9 +28,7 @@ from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, 
 RECOVERED_METADATA = "lios.recovered"
 EVIDENCE_TOPICS = frozenset({TOPIC_OF[kind] for kind in (ActionFinished, BeliefUpdate, Observation, PlanComputed)})
 """Topics that a replay rests on."""
-
-
-MANY_PARTS = 100_000
+MAX_PARTS = 100_000
 """A part with a higher number is none."""
 
 
@@ -286,12 +284,12 @@ def combined(sources: Sequence[SourceLoss], run: int | None = None, *, joined: b
 def missing_parts(sources: Sequence[SourceLoss]) -> tuple[int, ...]:
     """Which parts of a split recording are not among several sources, up to the last one that is.
 
-    None where another log of the run is among them, which may hold them.
+    Empty where another log of the run is among them, which may hold them.
     """
     if any(source.part is None and source.counts for source in sources):
         return ()
     there = {source.part for source in sources if source.part is not None}
-    if not there or max(there) >= MANY_PARTS:
+    if not there or max(there) >= MAX_PARTS:
         return ()
     return tuple(number for number in range(max(there)) if number not in there)
 
@@ -316,8 +314,8 @@ def _last_part(sources: Sequence[SourceLoss]) -> int:
 
 
 def _numbers(parts: Sequence[int]) -> str:
-    shown = ", ".join(map(str, parts[:5])) + (f" and {len(parts) - 5} more" if len(parts) > 5 else "")
-    return f"part {shown}" if len(parts) == 1 else f"parts {shown}"
+    listed = ", ".join(map(str, parts[:5])) + (f" and {len(parts) - 5} more" if len(parts) > 5 else "")
+    return f"part {listed}" if len(parts) == 1 else f"parts {listed}"
 
 
 def _counts(text: str) -> Mapping[str, int]:

@@ -338,8 +338,8 @@ def _flow_of(source: Path, lost: SourceLoss, around: _AttachmentCopier) -> Itera
         elif isinstance(part, Message):
             messages = iter((part,))
         else:
-            told = isinstance(part, Metadata) and lost.take(part)
-            if not told and not isinstance(part, Header):
+            tells_of_losses = isinstance(part, Metadata) and lost.take(part)
+            if not tells_of_losses and not isinstance(part, Header):
                 around.take(part, source)
             continue
         for message in messages:

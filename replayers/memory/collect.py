@@ -116,8 +116,8 @@ def _looks(run: Run) -> Iterator[PastLook]:
         held[event.container] = {**shown, **missed_items}
         missed = 0.0 if event.look is None else 1.0 - min(event.look.p_detect, default=1.0)
         there = held[event.container].values()
-        told = tuple(sorted(set(missed_items.values()) - set(shown.values())))
-        yield replace(_look(run, event.container, event.stamp.ns, there, missed=missed), told=told)
+        corrected = tuple(sorted(set(missed_items.values()) - set(shown.values())))
+        yield replace(_look(run, event.container, event.stamp.ns, there, missed=missed), corrected=corrected)
 
 
 def _in_order(run: Run) -> list[Observation | ActionFinished]:

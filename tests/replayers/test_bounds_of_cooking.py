@@ -20,7 +20,7 @@ from replayers.counterfactual.relevance import Assumptions, relevance_of
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
 from replayers.counterfactual.results import Proof
 from replayers.counterfactual.run_tree import RunTree, TreeOptions
-from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first
+from replayers.counterfactual.strategy_traits import search_traits
 from replayers.runs.run import read
 from workbench.cli import run as lios
 from workbench.planning.strategies import strategy
@@ -38,11 +38,7 @@ def bounded(folder: Path, goal: Goal, *, segments: int) -> Bounds:
         planner,
         Even(),
         relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions()),
-        TreeOptions(
-            merge=True,
-            nearest_first=looks_nearest_first(planner, goal),
-            empty_handed=looks_empty_handed(planner),
-        ),
+        TreeOptions(merge=True, traits=search_traits(planner, goal)),
     )
     return bounds_of(tree, budget=Budget(segments=segments, finish=segments))
 

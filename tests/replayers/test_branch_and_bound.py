@@ -20,12 +20,7 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Assumptions, demand, imputed_items, relevance_of
 from replayers.counterfactual.results import Assignment, Proof
 from replayers.counterfactual.run_tree import RunTree, TreeOptions, zero_clock
-from replayers.counterfactual.strategy_traits import (
-    looks_empty_handed,
-    looks_nearest_first,
-    plans_shortest,
-    uses_beliefs,
-)
+from replayers.counterfactual.strategy_traits import search_traits, uses_beliefs
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import LoopOptions, outcome_of, run_task
@@ -56,9 +51,7 @@ def tree_of(
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), assumptions or Assumptions())
     options = TreeOptions(
         merge=merge,
-        nearest_first=looks_nearest_first(planner, evidence.task.goal),
-        empty_handed=looks_empty_handed(planner),
-        plans_shortest=plans_shortest(planner, evidence.task.goal),
+        traits=search_traits(planner, evidence.task.goal),
     )
     return RunTree(evidence, planner, Even(), relevance, options)
 

@@ -106,7 +106,7 @@ def test_no_run_costs_more_than_the_bound_of_any_state_on_its_way(name: str) -> 
     prepared = prepare_log(read(DELIVERIES), ReplaySettings(worlds=0), with_ways=False)
     tree, rng = run_tree_of(prepared, strategy(name)), np.random.default_rng(7)
     bound = NearestFirstBound(prepared.evidence, tree.relevance)
-    loose = UpperBound(prepared.evidence, nearest_first=True, empty_handed=True, plans_shortest=True)
+    loose = UpperBound(prepared.evidence, tree.traits)
     states, closer = 0, 0
     for richness in (0.02, 0.05, 0.1, 0.2, 0.4):
         for _ in range(4):

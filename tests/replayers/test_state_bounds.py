@@ -13,6 +13,7 @@ from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Assumptions, relevance_of
+from replayers.counterfactual.strategy_traits import SearchTraits
 from workbench.planning.tasks import AllOf, AnyOf, Goal, Holding
 from workbench.worlds.house import START, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
@@ -39,10 +40,10 @@ def states(evidence: Evidence) -> Iterator[Knowledge]:
 
 def outside(evidence: Evidence, *, memory: SearchCache | None = None, nearest_first: bool = False) -> StateBounds:
     relevance = relevance_of(evidence, (), Assumptions())
-    options = {"nearest_first": nearest_first, "empty_handed": True}
+    traits = SearchTraits(nearest_first=nearest_first, empty_handed=True)
     if memory is None:
-        return StateBounds(evidence, relevance, **options)
-    return memory.outside(evidence, relevance, **options)
+        return StateBounds(evidence, relevance, traits)
+    return memory.outside(evidence, relevance, traits)
 
 
 @pytest.mark.parametrize("goal", GOALS)

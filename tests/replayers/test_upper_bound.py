@@ -21,7 +21,12 @@ from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import run_tree_of
 from replayers.counterfactual.results import Proof
-from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, plans_shortest
+from replayers.counterfactual.strategy_traits import (
+    SearchTraits,
+    looks_empty_handed,
+    looks_nearest_first,
+    plans_shortest,
+)
 from replayers.runs.run import read
 from workbench.planning.strategies import strategy
 from workbench.planning.strategy import View
@@ -135,7 +140,7 @@ def test_who_looks_nearest_first_is_known_by_its_policy() -> None:
 def test_nearest_first_is_never_bounded_worse(tmp_path: Path, kind: ItemType) -> None:
     evidence = toy_evidence(tmp_path, find_task(kind, START))
     start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
-    any_order, nearest = (UpperBound(evidence, nearest_first=n) for n in (False, True))
+    any_order, nearest = (UpperBound(evidence, SearchTraits(nearest_first=n)) for n in (False, True))
     assert nearest.direct_route_bound(start) <= any_order.direct_route_bound(start)
 
 
@@ -143,10 +148,12 @@ def test_a_look_with_the_hand_full_may_begin_where_an_item_stood(tmp_path: Path)
     """With a mug known far off, who may look while carrying it may go dearer ways than who looks empty-handed."""
     evidence = toy_evidence(tmp_path, TWO)
     known = knows(evidence, "Mug|1")
-    free, full = (UpperBound(evidence, empty_handed=e).direct_route_bound(known) for e in (True, False))
+    free, full = (UpperBound(evidence, SearchTraits(empty_handed=e)).direct_route_bound(known) for e in (True, False))
     assert full >= free
     only_fetching = knows(evidence, "Mug|1", "Book|1")
-    free, full = (UpperBound(evidence, empty_handed=e).direct_route_bound(only_fetching) for e in (True, False))
+    free, full = (
+        UpperBound(evidence, SearchTraits(empty_handed=e)).direct_route_bound(only_fetching) for e in (True, False)
+    )
     assert full >= free
     assert looks_empty_handed(strategy("model-lios"))
     assert not looks_empty_handed(strategy("scout-lios"))
@@ -172,7 +179,7 @@ def _known_states(evidence: Evidence) -> list[Knowledge]:
 def test_where_nothing_is_missing_the_bound_is_what_a_shortest_plan_costs(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, TWO)
     planner = strategy("opt-greedy")
-    loose, close = (UpperBound(evidence, empty_handed=True, plans_shortest=p) for p in (False, True))
+    loose, close = (UpperBound(evidence, SearchTraits(empty_handed=True, plans_shortest=p)) for p in (False, True))
     met = 0
     for state in _known_states(evidence):
         belief = Even().believe(state, (MUG, BOOK))
@@ -197,7 +204,7 @@ def test_it_settles_the_upper_bound_of_a_delivery_of_three() -> None:
     """Of some 1,500 states of opt-lios over this log, half hold all that is needed, and need not be followed."""
     prepared = prepare_log(read(Path(__file__).parents[2] / "logs" / "deliver-3.mcap"), ReplaySettings())
     tree = run_tree_of(prepared, strategy("opt-lios"))
-    bounds = bounds_of(tree, budget=DEFAULT_BUDGET.of(plans_shortest=tree.plans_shortest))
+    bounds = bounds_of(tree, budget=DEFAULT_BUDGET.of(plans_shortest=tree.traits.plans_shortest))
     assert bounds.upper_proof is bounds.lower_proof is Proof.EXACT
     assert bounds.upper == pytest.approx(173.70, abs=0.005)
     assert tree.segments < 1000

@@ -27,7 +27,7 @@ class _Look(msgspec.Struct, frozen=True, kw_only=True):
     run: str
     missed: float = 0.0
     changed: bool = False
-    told: tuple[str, ...] = ()
+    corrected: tuple[str, ...] = ()
 
 
 class _Stored(msgspec.Struct, frozen=True, kw_only=True):
@@ -51,7 +51,7 @@ def memory_to_settings(memory: Memory | None) -> dict[str, Any]:
             run=look.run,
             missed=look.missed,
             changed=look.changed,
-            told=look.told,
+            corrected=look.corrected,
         )
         for look in memory.looks
     )
@@ -84,7 +84,7 @@ def memory_from_settings(settings: Mapping[str, Any]) -> Memory | None:
                 run=look.run,
                 missed=look.missed,
                 changed=look.changed,
-                told=tuple(ItemType(t) for t in look.told),
+                corrected=tuple(ItemType(t) for t in look.corrected),
             )
             for look in stored.looks
         )

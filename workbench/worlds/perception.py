@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import floor
 from types import MappingProxyType
 from typing import Literal
 
@@ -19,8 +20,16 @@ Source = Literal["assumed", "calibrated", "site"]
 
 SOURCES: tuple[Source, ...] = ("assumed", "calibrated", "site")
 
+VIEWPOINT_M = 0.25
+"""Viewpoints nearer to one another than this are one: what a look from one misses, the other misses as well."""
+
 MAX_LOOKS = 3
 """Looks into one container, at most, where nobody knows that what is sought exists."""
+
+
+def viewpoint_square(x_m: float, y_m: float) -> tuple[int, int]:
+    """The square of the floor, VIEWPOINT_M wide, within which a viewpoint counts as the same."""
+    return floor(x_m / VIEWPOINT_M), floor(y_m / VIEWPOINT_M)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

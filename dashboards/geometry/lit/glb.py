@@ -2,6 +2,9 @@
 
 Source: Khronos, glTF 2.0, sections 3.6 and 4; KHR_materials_unlit. Colours may be brighter than 1, which glTF leaves
 open: they are stored as shares of the brightest, which is the material's factor.
+
+Why not trimesh's writer: it stores vertex colours in 8 bits, which leaves bands in dark linear RGB, cuts them off at
+1, and writes no unlit material (trimesh 5.2).
 """
 
 from __future__ import annotations
@@ -20,6 +23,8 @@ from workbench.tolerances import TINY
 
 FLOAT, UINT16, UINT32 = 5126, 5123, 5125
 """glTF's component types."""
+ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
+"""What a view is for: vertices, or indices."""
 FULL = 65535
 
 
@@ -34,13 +39,13 @@ class Layer:
 def glb(layers: Sequence[Layer]) -> bytes:
     """The layers as a file; those without faces are left out."""
     drawn = [layer for layer in layers if len(layer.mesh.faces)]
-    views: list[bytes] = []
+    views: list[tuple[bytes, int]] = []
     accessors: list[dict[str, Any]] = []
 
     def add(array: npt.NDArray[Any], kind: str, component: int, **more: object) -> int:
         accessor = {"bufferView": len(views), "componentType": component, "count": len(array), "type": kind}
         accessors.append(accessor | more)
-        views.append(array.tobytes())
+        views.append((array.tobytes(), ELEMENT_ARRAY_BUFFER if kind == "SCALAR" else ARRAY_BUFFER))
         return len(accessors) - 1
 
     primitives: list[dict[str, Any]] = []
@@ -68,10 +73,10 @@ def _material(factor: float, opacity: float) -> dict[str, Any]:
     }
 
 
-def _file(views: Sequence[bytes], content: dict[str, Any]) -> bytes:
+def _file(views: Sequence[tuple[bytes, int]], content: dict[str, Any]) -> bytes:
     """Header, the JSON chunk and the binary chunk, both padded to four bytes."""
-    starts = np.cumsum([0, *(len(view) for view in views)]).tolist()
-    binary = b"".join(views)
+    starts = np.cumsum([0, *(len(view) for view, _ in views)]).tolist()
+    binary = b"".join(view for view, _ in views)
     head = {
         "asset": {"version": "2.0"},
         "extensionsUsed": ["KHR_materials_unlit"],
@@ -80,8 +85,8 @@ def _file(views: Sequence[bytes], content: dict[str, Any]) -> bytes:
         "nodes": [{"mesh": 0}],
         "buffers": [{"byteLength": len(binary)}],
         "bufferViews": [
-            {"buffer": 0, "byteOffset": start, "byteLength": len(view)}
-            for start, view in zip(starts[:-1], views, strict=True)
+            {"buffer": 0, "byteOffset": start, "byteLength": len(view), "target": target}
+            for start, (view, target) in zip(starts[:-1], views, strict=True)
         ],
     }
     words = dumps(head | content).encode()

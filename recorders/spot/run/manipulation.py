@@ -127,7 +127,7 @@ class ArmManipulator:
             lambda _: DOWN,
             self._from_the_robot,
         )
-        grasps, result, there = 0, Handling.NOT_SEEN.result(item=item), item in self._world.told
+        grasps, result, there = 0, Handling.NOT_SEEN.result(item=item), item in self._world.shown_by_operator
         for attempt, side in enumerate(sides):
             if attempt == len(sides) - 1 and not self._turned(item, result.message):
                 break

@@ -69,7 +69,8 @@ class SpotWorld:
         ending: whether the run is over and the robot only comes to rest: neither keys nor outages stop that.
         requests: what the operator wants by key.
         opened_by: who opened which closed furniture.
-        told: items that are there by the operator's word: a tag that is not seen does not make them absent.
+        shown_by_operator: items that are there by the operator's word; a tag that is not seen does not make them
+            absent.
         hands: what picks and places. places: where looks have shown items.
         known: contents of containers that are known before the run, from earlier logs.
         localized: where, by which tag and how long ago the robot was last localised; None before.
@@ -90,7 +91,7 @@ class SpotWorld:
     ending: bool = False
     _power_checked_ns: int = 0
     opened_by: dict[LocationId, str] = field(default_factory=dict)
-    told: set[ItemId] = field(default_factory=set[ItemId])
+    shown_by_operator: set[ItemId] = field(default_factory=set[ItemId])
     hands: Manipulator = field(init=False)
     places: ItemPlaces = field(init=False)
 
@@ -164,7 +165,7 @@ class SpotWorld:
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
         there = {item.id for item in self.requests.take_there()}
         if there:
-            self.told |= there
+            self.shown_by_operator |= there
             self.tell(f"Correction: {', '.join(sorted(there))} in {container}, as the operator says")
         found = tuple(sorted({*self.places.shown_in(container, seen), *there}))
         self.places.settle(container, found)

@@ -14,13 +14,11 @@ from workbench.planning.tasks import Task
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import Container, Item
 from workbench.worlds.knowledge import Knowledge
-from workbench.worlds.perception import Perception
+from workbench.worlds.perception import VIEWPOINT_M, Perception
 from workbench.worlds.world import LookResult
 
 DWELL_S, LOOK_S = 2.0, 4.0
 """Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
-SAME_VIEWPOINT_M = 0.25
-"""Within this many metres of an earlier look, a robot looks from the same viewpoint."""
 
 
 @final
@@ -71,7 +69,7 @@ class LooksOfVisit:
         Args:
             items: what it shows. shown: what the looks before it showed.
         """
-        if all(hypot(viewpoint[0] - x, viewpoint[1] - y) > SAME_VIEWPOINT_M for x, y in self._from):
+        if all(hypot(viewpoint[0] - x, viewpoint[1] - y) > VIEWPOINT_M for x, y in self._from):
             return True
         known = {item.id for item in shown}
         return any(item.id not in known for item in items)

@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from math import atan2, cos, floor, hypot
+from math import atan2, cos, hypot
 
 from recorders.spot.simulated.body import wrapped
 from recorders.spot.simulated.sight import RANGE_M, TaggedThing
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import LocationId
+from workbench.worlds.perception import viewpoint_square
 from workbench.worlds.sites.site import Site
 from workbench.worlds.sites.survey_schema import ROBOT_TAG_M
-
-VIEWPOINT_M = 0.25
-"""Side of the squares of the floor within which a viewpoint is the same viewpoint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,8 +52,8 @@ class MissedTags:
 
     def misses(self, site: Site, pose: Pose, thing: TaggedThing) -> bool:
         """Whether the detector misses a tag, which is in view, of a robot at a pose."""
-        cell = (floor(pose.x_m / VIEWPOINT_M), floor(pose.y_m / VIEWPOINT_M))
-        digest = hashlib.sha256(repr((self.seed, thing.tag, cell)).encode()).digest()
+        square = viewpoint_square(pose.x_m, pose.y_m)
+        digest = hashlib.sha256(repr((self.seed, thing.tag, square)).encode()).digest()
         drawn = int.from_bytes(digest[:8], "big") / 2**64
         range_m = hypot(thing.position[0] - pose.x_m, thing.position[1] - pose.y_m)
         return drawn >= self.detects(range_m, angle_of_view(site, pose, thing), thing.size_m)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import DryRun, Force, Houses, Json, MissRate, Scheduler, Sees, Split, Workers
+from workbench.options import BoundsBudget, DryRun, Force, Houses, Json, MissRate, Scheduler, Sees, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -37,15 +37,7 @@ def replay(
         ),
     ] = "fcnn,counts,best",
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 200,
-    budget: Annotated[
-        int | None,
-        Option(
-            "--budget",
-            min=1,
-            help="Segments of the loop, between unopened containers, to spend on the bounds of one replay; default: "
-            "1500, or 400 for a strategy that simulates or is not built in.",
-        ),
-    ] = None,
+    budget: BoundsBudget = None,
     miss_rate: MissRate = 0.0,
     trusting: Annotated[
         bool, Option("--trusting", help="With --miss-rate: the recording robot trusts its looks.")
@@ -82,7 +74,7 @@ def replay(
 
         lios evaluate replay --miss-rate 0.2 --scenarios find -n 200
     """
-    from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
+    from replayers.counterfactual.bounds.bounds import budget_of
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.evaluation.trials import MeasurementSettings, outside_bounds, tasks_for
     from workbench.errors import BadValue, Failed, OutputExists, WrongKind
@@ -97,13 +89,13 @@ def replay(
     if output is not None and output.exists() and not force:
         raise OutputExists(output)
     names, wanted = _asked(strategies, scenarios)
-    fold_estimators = _estimators(estimators)
+    estimator_names = _estimators(estimators)
     if output is not None and output.is_dir():
         raise WrongKind(output, needed="file")
     places = tasks_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
     settings = ReplaySettings(
         worlds=worlds,
-        budget=DEFAULT_BUDGET if budget is None else Budget(segments=budget),
+        budget=budget_of(budget),
         seed=seed,
     )
     plans = [
@@ -116,11 +108,11 @@ def replay(
             sees_m=sees,
             trusting=trusting,
         )
-        for name in fold_estimators
+        for name in estimator_names
     ]
     each = len(places) * len(names) * (len(names) - 1)
     if dry_run:
-        by = f" by each of {len(fold_estimators)} estimators" if len(fold_estimators) > 1 else ""
+        by = f" by each of {len(estimator_names)} estimators" if len(estimator_names) > 1 else ""
         say(f"{len(places)} tasks, {len(names)} strategies: {each} counterfactuals{by}")
         return
     found, skipped = _measured(plans, (workers, scheduler), total=each * len(plans))
@@ -129,7 +121,7 @@ def replay(
     if output is not None:
         _write(output, found)
     faults = outside_bounds(found)
-    _answer(found, faults, (fold_estimators, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
+    _answer(found, faults, (estimator_names, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
     for one in skipped:
         say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
     unlike = [one for one in skipped if one.fault]

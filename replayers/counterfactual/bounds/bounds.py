@@ -105,3 +105,8 @@ class Budget:
 
 DEFAULT_BUDGET = Budget(segments_if_shortest=1500)
 """With this, both ends of nearly all deliveries of three are reached (docs/replay.md)."""
+
+
+def budget_of(segments: int | None) -> Budget:
+    """The budget with so many segments for every strategy; None for the default."""
+    return DEFAULT_BUDGET if segments is None else Budget(segments=segments)

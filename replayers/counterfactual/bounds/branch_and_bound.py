@@ -39,13 +39,7 @@ def bounds_of(
             otherwise assume that they hold nothing but the task's types.
         memory: cache of the searches over one log; strategies may share it.
     """
-    outside = (memory if memory is not None else SearchCache()).outside(
-        tree.evidence,
-        tree.relevance,
-        nearest_first=tree.nearest_first,
-        empty_handed=tree.empty_handed,
-        plans_shortest=tree.plans_shortest,
-    )
+    outside = (memory if memory is not None else SearchCache()).outside(tree.evidence, tree.relevance, tree.traits)
     return BoundSearch(tree, budget, outside, only_certain=whatever_is_believed).bounds()
 
 
@@ -179,7 +173,7 @@ class BoundSearch:
                     most = interval.upper(child.cost, self._failure)
                     if most > self._largest + NEAR_COST:
                         self._waiting[child] = most
-                    if self._tree.plans_shortest and self._most.nothing_missing(child.knowledge):
+                    if self._tree.traits.plans_shortest and self._most.nothing_missing(child.knowledge):
                         self._known[child] = most
             if question.others:
                 self._others[node] = self._outside.interval(question.knowledge, walking=question.walk is not None)

@@ -14,6 +14,7 @@ from typing import final
 from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
+from replayers.counterfactual.strategy_traits import SearchTraits
 from workbench.beliefs.belief import Belief
 from workbench.caches import Cache
 from workbench.planning.find_pricing import FindCostRequest, FindPricing
@@ -38,27 +39,9 @@ class SearchCache:
     prices: Cache[Hashable, FindCosts] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
     outsides: Cache[Hashable, StateBounds] = field(default_factory=lambda: Cache(MAX_CACHED_BOUNDS))
 
-    def outside(
-        self,
-        evidence: Evidence,
-        relevance: Relevance,
-        *,
-        nearest_first: bool,
-        empty_handed: bool,
-        plans_shortest: bool = False,
-    ) -> StateBounds:
+    def outside(self, evidence: Evidence, relevance: Relevance, traits: SearchTraits) -> StateBounds:
         """The outer bounds over the log, cached for every kind of strategy."""
-        key = (relevance.types, nearest_first, empty_handed, plans_shortest)
-        return self.outsides.get(
-            key,
-            lambda: StateBounds(
-                evidence,
-                relevance,
-                nearest_first=nearest_first,
-                empty_handed=empty_handed,
-                plans_shortest=plans_shortest,
-            ),
-        )
+        return self.outsides.get((relevance.types, traits), lambda: StateBounds(evidence, relevance, traits))
 
 
 @final

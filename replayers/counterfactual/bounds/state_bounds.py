@@ -17,6 +17,7 @@ from replayers.counterfactual.bounds.upper_bound import UpperBound
 from replayers.counterfactual.estimates.intervals import Interval
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
+from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
 from workbench.caches import Cache
 from workbench.planning.tasks import goal_types
 from workbench.worlds.knowledge import Knowledge
@@ -33,20 +34,10 @@ class StateBounds:
         least, most: the lower and the upper bound.
     """
 
-    def __init__(
-        self,
-        evidence: Evidence,
-        relevance: Relevance,
-        *,
-        nearest_first: bool = False,
-        empty_handed: bool = False,
-        plans_shortest: bool = False,
-    ) -> None:
+    def __init__(self, evidence: Evidence, relevance: Relevance, traits: SearchTraits = UNKNOWN) -> None:
         self.least = LowerBound(evidence, relevance)
-        self.most = UpperBound(
-            evidence, nearest_first=nearest_first, empty_handed=empty_handed, plans_shortest=plans_shortest
-        )
-        chains = nearest_first and empty_handed and plans_shortest
+        self.most = UpperBound(evidence, traits)
+        chains = traits == SearchTraits(nearest_first=True, empty_handed=True, plans_shortest=True)
         self._chains = NearestFirstBound(evidence, relevance) if chains else None
         self._sees = evidence.passing is not None
         self._types = goal_types(evidence.task.goal)

@@ -25,6 +25,7 @@ from replayers.counterfactual.bounds.travel_row import travel_row
 from replayers.counterfactual.estimates.complete_linkage import merge_widths
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import max_instances
+from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
 from workbench.arrays import Floats
 from workbench.caches import Cache
 from workbench.execution.goal_check import is_met
@@ -42,28 +43,16 @@ class UpperBound:
     """The upper bounds for one log and one task, in metres and their equivalents.
 
     Args:
-        nearest_first: for a strategy whose looks go to the nearest unsearched container.
-        empty_handed: for one that looks only with an empty hand; others may look on the way with what they fetched.
-        plans_shortest: for one that, once nothing is missing, carries out a plan that costs no more than the best of
-            those that bring every item straight to its place.
+        traits: what is known of the strategy.
     """
 
-    def __init__(
-        self,
-        evidence: Evidence,
-        *,
-        nearest_first: bool = False,
-        empty_handed: bool = False,
-        plans_shortest: bool = False,
-    ) -> None:
+    def __init__(self, evidence: Evidence, traits: SearchTraits = UNKNOWN) -> None:
         travel = evidence.place.travel
         self._metres: Floats = np.asarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
         self._costs = evidence.costs
         self._goal = evidence.task.goal
-        self._nearest_first = nearest_first
-        self._empty_handed = empty_handed
-        self._plans_shortest = plans_shortest
+        self._traits = traits
         self._refused_picks, self._refused_moves = evidence.refused_picks, evidence.refused_moves
         self._one_way = not _has_alternatives(self._goal)
         self._searchable = tuple(
@@ -90,7 +79,7 @@ class UpperBound:
         most expensive delivery of each part is added.
         """
         left = self._unmet_parts(knowledge)
-        if self._plans_shortest and (known := self._known_route(left, knowledge)) is not None:
+        if self._traits.plans_shortest and (known := self._known_route(left, knowledge)) is not None:
             return known
         looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
         if self._all_known(left, knowledge):
@@ -105,7 +94,7 @@ class UpperBound:
         among = self._metres[starts]
         fetches = min(self.max_picks, len(parts))
         stood = sorted({at for places in stand for at in places}.difference(looks))
-        if stood and not self._empty_handed:
+        if stood and not self._traits.empty_handed:
             among = np.vstack([among, *[self._metres[stood].max(axis=0)] * fetches])
         into_looks = among[:, looks]
         to_looks = into_looks.max(axis=1, initial=0.0)
@@ -118,7 +107,7 @@ class UpperBound:
         carried = sum(sorted(brought, reverse=True)[:fetches]) + 2 * fetches * self._costs.manipulation
         to_fetch = np.reshape(_max_fetches(to_items, fetches), (-1, len(among)))
         legs = _max_leg_assignment(np.concatenate([into_looks.T, to_fetch]))
-        if self._nearest_first and looks:
+        if self._traits.nearest_first and looks:
             into = self._nearest_legs(tuple(looks), (*here, *ends))
             fetched = sum(sorted((float(ways.max()) for ways in to_items), reverse=True)[:fetches])
             legs = min(legs, into + fetched)

@@ -183,7 +183,7 @@ def test_what_people_corrected_is_remembered_and_told(
     assert before.notes == ()
     assert [note.partition(": ")[2].partition(" ")[0] for note in after.notes] == ["a", "Ada"], "left out, and used"
     changed = [(a, b) for a, b in zip(after.looks, before.looks, strict=True) if a != b]
-    assert {(a.container, a.told) for a, _ in changed} == {(ContainerId(seen.container), (ItemType("Book"),))}
+    assert {(a.container, a.corrected) for a, _ in changed} == {(ContainerId(seen.container), (ItemType("Book"),))}
     assert all(set(a.item_types) == {*b.item_types, "Book"} for a, b in changed)
     capsys.readouterr()
     out = tmp_path / "run.mcap"
@@ -192,7 +192,7 @@ def test_what_people_corrected_is_remembered_and_told(
     assert f"Ada says that Book|99 was in {seen.container}" in capsys.readouterr().err
     memory = memory_from_settings(read(out).settings)
     assert memory is not None
-    told = [look.told for look in memory.looks if look.container == seen.container]
+    told = [look.corrected for look in memory.looks if look.container == seen.container]
     remembers_it = memory.by_container[ContainerId(seen.container)].run == read(log).info.run_id
     assert told == [("Book",)] if remembers_it else told == [()]
     assert verify(read(out)).same

@@ -118,7 +118,7 @@ class AnsweredEstimator:
                 item_types=item_types, containers=knowledge.unsearched, probability=values, estimator=self.name
             )
         except (BadValue, TypeError, ValueError) as error:
-            raise EstimatorFailed(self.name, f"its probabilities are invalid:  {str(error).rstrip('.')}") from error
+            raise EstimatorFailed(self.name, f"its probabilities are invalid: {str(error).rstrip('.')}") from error
 
 
 def answered(

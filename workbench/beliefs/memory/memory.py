@@ -25,7 +25,7 @@ class PastLook:
         missed: the chance that the look overlooked something that was there; 0 for a look that shows everything.
         run: the run's id.
         changed: the robot itself had taken or put something there; what it had seen stays true of the rest.
-        told: of the item types, those that the looks missed and a person's correction says were there.
+        corrected: of the item types, those that the looks missed and a person's correction says were there.
     """
 
     container: ContainerId
@@ -34,7 +34,7 @@ class PastLook:
     run: str
     missed: float = 0.0
     changed: bool = False
-    told: tuple[ItemType, ...] = field(default=(), repr=False)  # item_types has them: they change no digest
+    corrected: tuple[ItemType, ...] = field(default=(), repr=False)  # item_types has them: they change no digest
 
     def __post_init__(self) -> None:
         if not 0 <= self.missed < 1:

@@ -29,7 +29,7 @@ FOLDS = 5
 SINGLE_ROOM = 0.3
 """Weight of a single-room house in training the trees."""
 
-SensorListener = Callable[[str, int, float], None]
+TrainingListener = Callable[[str, int, float], None]
 """Progress callback: what is being trained, its epoch or tree, and the held-out loss."""
 
 
@@ -41,7 +41,7 @@ def train_best(
     seed: int,
     usual_sizes: Sequence[House] | None = None,
     how: Boosting | None = None,
-    watch: SensorListener | None = None,
+    watch: TrainingListener | None = None,
 ) -> tuple[Placements, dict[str, AnyArray]]:
     """Train the estimator; returns the placements (whose names go into the header) and the tensors.
 
@@ -90,12 +90,12 @@ class _Sample:
 def _folds(houses: Sequence[House]) -> list[int]:
     """Folds assigned round-robin, for whole houses and single rooms separately, so that every fold has its share of
     both."""
-    fold_split = {True: 0, False: 0}
+    assigned = {True: 0, False: 0}
     folds: list[int] = []
     for house in houses:
         single = len(house.plan.rooms) == 1
-        folds.append(fold_split[single] % FOLDS)
-        fold_split[single] += 1
+        folds.append(assigned[single] % FOLDS)
+        assigned[single] += 1
     return folds
 
 
@@ -149,7 +149,7 @@ def _rows(parts: Sequence[_Sample]) -> Rows:
     )
 
 
-def _progress_callback(watch: SensorListener | None, what: str) -> Callable[[int, float], None] | None:
+def _progress_callback(watch: TrainingListener | None, what: str) -> Callable[[int, float], None] | None:
     if watch is None:
         return None
     return lambda number, loss: watch(what, number, loss)

@@ -47,7 +47,7 @@ class TrainingSettings:
 
 PAPER = TrainingSettings(memory=0.995)
 
-SensorListener = Callable[[int, float], None]
+TrainingListener = Callable[[int, float], None]
 """Called after each epoch with its number and the held-out loss."""
 
 
@@ -88,7 +88,7 @@ def train_fcnn(
     *,
     seed: int,
     recipe: TrainingSettings = PAPER,
-    watch: SensorListener | None = None,
+    watch: TrainingListener | None = None,
 ) -> dict[str, AnyArray]:
     """Train and return the tensors of the epoch with the least held-out loss, as float16.
 

@@ -24,7 +24,7 @@ from workbench.worlds.house import House
 SINGLE_ROOM = 0.1
 """Weight of a single-room house, chosen by log loss on validation houses."""
 
-SensorListener = Callable[[str, int, float], None]
+TrainingListener = Callable[[str, int, float], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,10 +63,10 @@ class TrainingSet:
 TrainingResult = tuple[dict[str, Any], dict[str, AnyArray]]
 """Settings for the header, and tensors."""
 
-Trainer = Callable[[TrainingSet, SensorListener | None], TrainingResult]
+Trainer = Callable[[TrainingSet, TrainingListener | None], TrainingResult]
 
 
-def train(name: str, training_set: TrainingSet, path: Path, *, watch: SensorListener | None = None) -> Weights:
+def train(name: str, training_set: TrainingSet, path: Path, *, watch: TrainingListener | None = None) -> Weights:
     """Train an estimator and write its weights.
 
     Raises:
@@ -120,13 +120,13 @@ def hold_out(houses: Sequence[House], *, share: float, rng: np.random.Generator)
     return [h for k, h in enumerate(houses) if k not in out], [h for k, h in enumerate(houses) if k in out]
 
 
-def _train_counts(training_set: TrainingSet, watch: SensorListener | None) -> TrainingResult:
+def _train_counts(training_set: TrainingSet, watch: TrainingListener | None) -> TrainingResult:
     del watch
     examples = collect(training_set.houses, weights=training_set.weights(training_set.houses))
     return counts_settings(examples), counts_tensors(examples)
 
 
-def _train_fcnn(training_set: TrainingSet, watch: SensorListener | None) -> TrainingResult:
+def _train_fcnn(training_set: TrainingSet, watch: TrainingListener | None) -> TrainingResult:
     _require_torch()
     from workbench.beliefs.training.fcnn import train_fcnn
 
@@ -141,7 +141,7 @@ def _train_fcnn(training_set: TrainingSet, watch: SensorListener | None) -> Trai
     return {"names": len(examples.items)}, tensors
 
 
-def _train_best(training_set: TrainingSet, watch: SensorListener | None) -> TrainingResult:
+def _train_best(training_set: TrainingSet, watch: TrainingListener | None) -> TrainingResult:
     from workbench.beliefs.training.best import train_best
 
     placements, tensors = train_best(

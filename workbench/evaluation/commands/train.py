@@ -9,7 +9,7 @@ from workbench.options import AlsoLearnt, AssetsOrBeside, Force, Json, Scheduler
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from workbench.beliefs.training.train import SensorListener, TrainingSet
+    from workbench.beliefs.training.train import TrainingListener, TrainingSet
     from workbench.evaluation.beliefs.fold_weights import Folds
     from workbench.evaluation.cluster import Workforce
 
@@ -211,7 +211,7 @@ def _watched(run: Any, estimator: str, training_set: TrainingSet, target: Path) 
                 tasks[what] = bar.add_task(what, total=None, loss="")
             bar.update(tasks[what], completed=number, loss=f"held-out loss {loss:.4f}")
 
-        watch: SensorListener = show
+        watch: TrainingListener = show
         return run(estimator, training_set, target, watch=watch)
 
 
