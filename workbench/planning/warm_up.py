@@ -19,7 +19,6 @@ from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 
-
 COMPILING_S = 3600.0
 """The planning budget of a warm-up: were it spent while the solver compiles, no rollouts would be compiled."""
 

@@ -134,8 +134,8 @@ def _search(
     node_g[0] = g0
     work = np.zeros((max(n_ops, 1), n_loc))
     h0 = heuristic(
-        robot0, hand0, node_pos[0], np.int64(0), d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link,
-        n_ops, c, work,
+        robot0, hand0, node_pos[0], np.int64(0), d, least, potential, standing, end, in_hand, op_slot, op_where,
+        op_mask, link, n_ops, c, work,
     )  # fmt: skip
     empty = np.zeros((0, 3), dtype=np.int64)
     eps = RELATIVE * max(MIN_SCALE, g0 + h0)
