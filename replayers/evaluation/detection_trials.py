@@ -19,8 +19,8 @@ import numpy as np
 
 from replayers.log_tools.notes import note_from
 from replayers.mcap_io.messages import Message
+from replayers.mcap_io.poses import poses_in
 from replayers.mcap_io.reader import messages
-from replayers.runs.poses import poses_in
 from replayers.runs.run import Run
 from workbench.arrays import Floats
 from workbench.log_schema.codec import UndecodableMessage

@@ -22,10 +22,10 @@ import pandas as pd
 from replayers.log_tools.log_paths import NoLogs, find_logs, shown
 from replayers.log_tools.multi_run import NoRunInLog, SeveralRuns, member_name
 from replayers.mcap_io.messages import Message
+from replayers.mcap_io.poses import poses_in
 from replayers.mcap_io.reader import messages, metadata
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import is_closed
-from replayers.runs.poses import poses_in
 from replayers.tables.arrow import pa
 from replayers.tables.build import BUILDERS, Source
 from replayers.tables.schemas import SCHEMAS
