@@ -12,7 +12,7 @@ from spot_help import placed, robot, run_of
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import RunStopped
-from recorders.spot.run.navigate import ENDINGS, Ending, navigation_goal, renew_navigation
+from recorders.spot.run.navigate import ENDINGS, WalkEnding, navigation_goal, renew_navigation
 from recorders.spot.run.operator import AgreeingOperator, StopSwitch
 from recorders.spot.run.run import run_and_record
 from recorders.spot.run.run_settings import RunSettings
@@ -53,7 +53,7 @@ def test_a_walk_that_does_not_arrive_leaves_the_robot_stopped(status: int, stand
     spot.state.navigation_status = status
     sent = spot.state.next_command
     try:
-        if ENDINGS[status] is Ending.STOPS_RUN:
+        if ENDINGS[status] is WalkEnding.STOPS_RUN:
             with pytest.raises(RunStopped):
                 world.go_to(BED)
         else:
@@ -62,7 +62,7 @@ def test_a_walk_that_does_not_arrive_leaves_the_robot_stopped(status: int, stand
     finally:
         spot.state.navigation_status, control.stop = None, real
     assert stops, "not left to the robot's timeout"
-    if ENDINGS[status] in (Ending.REFUSED, Ending.STOPS_RUN):
+    if ENDINGS[status] in (WalkEnding.REFUSED, WalkEnding.STOPS_RUN):
         assert spot.state.next_command - sent <= 2, "one walk and one stop: it is not sent off again"
 
 
