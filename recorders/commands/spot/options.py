@@ -18,6 +18,14 @@ Certificate = Annotated[
     Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
 ]
 SpeedLimit = Annotated[float | None, Option("--speed", help="Speed limit in m/s.")]
+StopWithin = Annotated[
+    float,
+    Option(
+        "--stop-within",
+        help="Metres that the robot walks on at most when this program or the network dies; more metres ride out "
+        "longer hiccups of the network.",
+    ),
+]
 LookSeconds = Annotated[float, Option("--look", help="Duration of a look in seconds.")]
 ImagesHz = Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")]
 Cameras = Annotated[str, Option("--cameras", help="Image sources, comma-separated.")]
@@ -33,7 +41,7 @@ ContinueAfterOutage = Annotated[
 ]
 DryRun = Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")]
 
-LOOK_S, IMAGES_HZ = 6.0, 2.0
+LOOK_S, IMAGES_HZ, STOP_WITHIN_M = 6.0, 2.0, 0.5
 MAX_SPEED_MPS = 1.6
 """Spot's own speed limit."""
 FRONT_CAMERAS = "frontleft_fisheye_image,frontright_fisheye_image"
@@ -47,7 +55,9 @@ def check_within(option: str, value: float, minimum: float, maximum: float) -> N
         raise BadValue(option, value, f"between {minimum:g} and {maximum:g}")
 
 
-def check_run(output: Path, *, replaces: bool, speed: float | None, look: float, images_hz: float) -> None:
+def check_run(
+    output: Path, *, replaces: bool, speed: float | None, look: float, images_hz: float, stop_within: float
+) -> None:
     """Check the options that `lios spot run` and `lios spot resume` share, before the robot is called.
 
     Raises:
@@ -60,6 +70,7 @@ def check_run(output: Path, *, replaces: bool, speed: float | None, look: float,
         raise OutputExists(output)
     if speed is not None and not 0 < speed <= MAX_SPEED_MPS:
         raise BadValue("--speed", speed, f"more than 0 and at most {MAX_SPEED_MPS} m/s, Spot's own limit")
+    check_within("--stop-within", stop_within, 0.1, 5)
     check_within("--look", look, 0.1, 600)
     check_within("--images-hz", images_hz, 0, 60)
 

@@ -10,6 +10,7 @@ from recorders.commands.spot.options import (
     FRONT_CAMERAS,
     IMAGES_HZ,
     LOOK_S,
+    STOP_WITHIN_M,
     Cameras,
     Certificate,
     ContinueAfterOutage,
@@ -23,6 +24,7 @@ from recorders.commands.spot.options import (
     Robot,
     SiteOption,
     SpeedLimit,
+    StopWithin,
     TakeLease,
     camera_names,
     check_run,
@@ -47,6 +49,7 @@ def run(
     ] = "best",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     speed: SpeedLimit = None,
+    stop_within: StopWithin = STOP_WITHIN_M,
     look: LookSeconds = LOOK_S,
     images_hz: ImagesHz = IMAGES_HZ,
     take_lease: TakeLease = False,
@@ -72,8 +75,8 @@ def run(
 
     Keys: space or s stops the robot and ends the run, p pauses it and g lets it go on, k skips the container at hand,
     i says that an item is there, n marks the moment. A status line shows battery, localisation, link, tags and what
-    is next. Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by
-    itself.
+    is next. Without an arm, an operator confirms by key. A robot that gets no command stops by itself, within
+    --stop-within.
 
     Examples:
 
@@ -93,7 +96,7 @@ def run(
     from recorders.spot.tags.pictures import require_detector
     from workbench.worlds.sites.site import load_site
 
-    check_run(output, replaces=force or dry_run, speed=speed, look=look, images_hz=images_hz)
+    check_run(output, replaces=force or dry_run, speed=speed, look=look, images_hz=images_hz, stop_within=stop_within)
     place, address = load_site(site), RobotAddress.read(robot)
     require_detector(place)
     wanted = RobotRun(
@@ -102,7 +105,9 @@ def run(
         strategy=strategy,
         estimator=estimator,
         seed=seed,
-        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=resume),
+        settings=RunSettings(
+            speed_mps=speed, stop_within_m=stop_within, look_s=look, furniture_open=furniture_open, resume=resume
+        ),
         rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
         take_lease=take_lease,
         own_estop=own_estop,

@@ -9,6 +9,7 @@ from recorders.commands.spot.options import (
     FRONT_CAMERAS,
     IMAGES_HZ,
     LOOK_S,
+    STOP_WITHIN_M,
     Cameras,
     Certificate,
     ContinueAfterOutage,
@@ -22,6 +23,7 @@ from recorders.commands.spot.options import (
     Robot,
     SiteOption,
     SpeedLimit,
+    StopWithin,
     TakeLease,
 )
 from workbench.options import Force, Json, ServePort
@@ -49,6 +51,7 @@ def resume(
         Path | None, Option("--output", "-o", help="The MCAP file to write; default: LOG-resumed.mcap.")
     ] = None,
     speed: SpeedLimit = None,
+    stop_within: StopWithin = STOP_WITHIN_M,
     look: LookSeconds = LOOK_S,
     images_hz: ImagesHz = IMAGES_HZ,
     cameras: Cameras = FRONT_CAMERAS,
@@ -93,7 +96,7 @@ def resume(
 
     interrupted, *_ = logs
     output = output or interrupted.with_name(f"{interrupted.stem}-resumed.mcap")
-    check_run(output, replaces=force or dry_run, speed=speed, look=look, images_hz=images_hz)
+    check_run(output, replaces=force or dry_run, speed=speed, look=look, images_hz=images_hz, stop_within=stop_within)
     place, address = load_site(site), RobotAddress.read(robot)
     require_detector(place)
     runs = [read(path) for path in logs]
@@ -105,7 +108,9 @@ def resume(
         estimator=estimator or before.info.estimator.partition("@")[0],
         seed=before.info.seed,
         costs=before.costs,
-        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=go_on),
+        settings=RunSettings(
+            speed_mps=speed, stop_within_m=stop_within, look_s=look, furniture_open=furniture_open, resume=go_on
+        ),
         rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
         earlier=known_from_logs(
             runs, place.plan, place.travel, items=[item for _, item in sorted(place.tags.items())], held_at=held_at

@@ -185,7 +185,7 @@ def test_sessions_and_runs_find_items_in_their_containers_by_our_detector_alone(
                 assert lios(["spot", "record", *there, "--for", "8"]) == 0
             else:
                 how = ["--own-estop", "--furniture-open", "--look", "2", "-s", "pes-greedy", "--estimator", "counts"]
-                assert lios(["spot", "run", *there, *how]) == 0
+                assert lios(["spot", "run", *there, *how, "--stop-within", "2"]) == 0
     (look,) = read(session).observations
     assert (look.container, [item.id for item in look.items]) == (TABLE, ["CellPhone|1"])
     recorded = read(run)
