@@ -163,7 +163,7 @@ def _same_item(known: Mapping[tuple[str, str], tuple[str, float]], correction: C
 def _shown_by_word(run: Run, found: Sequence[_Detection]) -> Mapping[tuple[int, str], bool | None]:
     """By the stamp of a look and an item that the operator said was there: whether the detector saw it as well.
 
-    None where nobody can tell: the log does not say when the look began, or the robot was not asked for tags in it.
+    None where that is unknown: the log does not say when the look began, or the robot was not asked for tags in it.
     """
     notes = [note_from(m) for m in messages(run.path, topics=NOTE_TOPIC.__eq__) if _is_event(m)]
     said = [(note.start_ns, item) for note in notes if (item := item_said_there(note.text)) is not None]

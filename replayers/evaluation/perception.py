@@ -85,6 +85,6 @@ def _angle_of(angle_deg: float) -> str:
 
 
 def _around(value: float, edges: Sequence[float]) -> tuple[float, float]:
-    """The edges between which a value lies, the lower one included."""
+    """The interval between two edges that contains a value, the lower edge included."""
     i = max(k for k, edge in enumerate(edges[:-1]) if value >= edge)
     return edges[i], edges[i + 1]

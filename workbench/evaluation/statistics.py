@@ -1,7 +1,7 @@
 """Cluster-bootstrap intervals of means and of paired differences over trials.
 
-Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws houses
-with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
+Trials in one house share its map and its contents, so they are not independent: the bootstrap draws houses with
+replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
 
 A single cluster says nothing of how clusters vary. Its interval draws its own trials instead, says so (`resampled`),
 and is widened. So is the interval of few clusters (up to MAX_WIDENED_CLUSTERS). n of them spread too little by
@@ -156,7 +156,7 @@ def interval_of(
 
 
 def resampled(trials: int, clusters: int, cluster: str = "houses", trial: str = "trials") -> str:
-    """What an interval drew: clusters, so that it speaks of others like them; or the trials of the only one.
+    """What an interval drew: clusters, so that it generalises to others like them; or the trials of the only cluster.
 
     Args:
         cluster, trial: what these are, in the plural.

@@ -123,7 +123,7 @@ def replay(
     faults = outside_bounds(found)
     _answer(found, faults, (estimator_names, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
     for one in skipped:
-        say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
+        say(f"skipped {one.task.scenario} in {one.task.house}: {one.reason}")
     unlike = [one for one in skipped if one.fault]
     if unlike:
         raise Failed(f"{len(unlike)} replays of runs that were not reproduced: {unlike[0].reason}")
