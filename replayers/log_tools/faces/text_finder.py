@@ -26,11 +26,12 @@ class TextFinder:
     def __init__(self) -> None:
         try:
             import cv2
-            import onnxruntime  # noqa: F401 (what RapidOCR runs on by default, and does not require)
+            import onnxruntime  # RapidOCR runs on it by default, and does not require it
             from rapidocr import RapidOCR
         except ImportError as error:
             raise MissingExtra("Blurring text", EXTRA) from error
         self._cv2: Any = cv2
+        self._runtime: Any = onnxruntime
         self._engine: Any = RapidOCR(params={"Global.log_level": "critical"})
 
     def boxes(self, picture: Uints8) -> tuple[Box, ...]:
