@@ -132,9 +132,9 @@ class Control:
     def estop_in_words(self) -> str:
         """Whose emergency stop guards the run, and what it does if this program is killed."""
         if self._estop is None:
-            return f"The e-stop of {self.estop_guard} guards this run; if this program is killed, the motors stay on"
+            return f"The e-stop of {self.estop_guard} guards this run: if this program is killed, the motors stay on"
         return (
-            f"Our own e-stop guards this run; it stops the robot {ESTOP_TIMEOUT_S:g} s after this program is killed"
+            f"Our own e-stop guards this run: it stops the robot {ESTOP_TIMEOUT_S:g} s after this program is killed"
         )
 
     def stop(self) -> None:

@@ -135,7 +135,7 @@ def run_and_record(
         _localize_and_set_start(world, run, held)
         if not control.held:
             held.enter_context(control)
-        say(f"{control.estop_in_words()}, the robot's walk ends within {run.settings.stop_within_m:g} m")
+        say(f"{control.estop_in_words()}, and a walk ends within {run.settings.stop_within_m:g} m")
         if run.earlier is not None:
             say(run.earlier.in_words())
             look_where_items_were_put(world, run.earlier)
