@@ -228,11 +228,13 @@ class ReadLoss:
     Attributes:
         damages: the first MAX_KEPT_DAMAGES of them, in the order of the file.
         count: how many there were in all.
+        ended: the data were read to the record that ends them; only indexes may come after it.
     """
 
     damages: list[Damage] = field(default_factory=list)
     count: int = 0
     messages: int = 0
+    ended: bool = False
 
     MAX_KEPT_DAMAGES = 1000
 
@@ -296,6 +298,7 @@ def pieces_at(
     with open_log(path) as stream:
         for offset, record in scan(stream, path=path, on_damage=loss.add, skip=skip, jumps=jumps):
             if isinstance(record, DataEnd):
+                loss.ended = True
                 break
             if isinstance(record, Attachment | Metadata | Header):
                 yield offset, record

@@ -41,6 +41,7 @@ class Recovery:
         messages_lost: messages whose channel is not declared anywhere; those inside lost chunks cannot be counted
             unless the index is intact: expected_messages then says how many there were.
         was_closed: the log had its index; False for one whose recorder was killed.
+        end_missing: the log ends early, so that messages may have been recorded that never came to be written.
     """
 
     source: Path
@@ -53,6 +54,7 @@ class Recovery:
     messages_lost: int
     expected_messages: int | None
     was_closed: bool
+    end_missing: bool
     source_bytes: int
     output_bytes: int
 
@@ -96,6 +98,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
         messages_lost=loss.messages,
         expected_messages=expected,
         was_closed=closed,
+        end_missing=not (closed or loss.ended),
         source_bytes=source_bytes,
         output_bytes=copier.writer.bytes_written,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, final
@@ -54,7 +55,7 @@ class WholeChunk:
                 yield Message(channel, schema, log_time, publish_time, sequence, data[body:end])
 
     def packed(self) -> PackedChunk:
-        """The chunk for another log; its times and message indexes are made from what it holds."""
+        """The chunk for another log; times, message indexes and a missing checksum are made from what it holds."""
         index: dict[int, list[tuple[int, int]]] = {}
         for channel_id, log_time, start, _ in self.places:
             index.setdefault(channel_id, []).append((log_time, start))
@@ -62,7 +63,7 @@ class WholeChunk:
             data=self.record.packed,
             compression=self.record.compression,
             size=len(self.data),
-            crc=self.record.uncompressed_crc,
+            crc=self.record.uncompressed_crc or zlib.crc32(self.data),
             start_ns=self.start_ns,
             end_ns=self.end_ns,
             index=index,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import zlib
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -149,3 +150,18 @@ def test_filter_compact_and_convert_keep_what_recover_keeps(kind: str, layout: s
             output = tmp_path / f"{number}-{command}.mcap"
             assert cli.run(["log", command, str(source), "-o", str(output)]) in (0, 3)
             assert sorted(_held(output)) == saved, (command, number)
+
+
+def test_a_copied_chunk_has_a_checksum_even_where_its_source_has_none(tmp_path: Path):
+    """Found by fuzzing: what was recovered from a chunk whose checksum had become 0 had none either."""
+    log, copy = tmp_path / "a.mcap", tmp_path / "b.mcap"
+    with log.open("wb") as stream:
+        writer = Writer(stream, enable_crcs=False)
+        writer.start()
+        writer.add_message(writer.register_channel("/t", "cdr", 0), 1, b"x" * 100, 1)
+        writer.finish()
+    recover(log, copy)
+    with open_log(copy) as stream:
+        (chunk,) = [record for _, record in scan(stream) if isinstance(record, ChunkRecord)]
+    assert chunk.uncompressed_crc == zlib.crc32(chunk.unpack())
+    assert [finding.what for finding in examine(copy).findings if "checksum" in finding.what] == []
