@@ -107,13 +107,15 @@ class LogCopier:
         if isinstance(error, DiskFull):
             raise NoDiskSpace(self.path, error.reason) from error
 
-    def copy(self, message: Message) -> None:
+    def copy(self, message: Message, *, incompressible: bool = False) -> None:
+        """Copies a message; `incompressible` is as of `McapWriter.add_message`."""
         self.writer.add_message(
             self.channel(message.channel, message.schema),
             message.data,
             log_time=message.log_time,
             publish_time=message.publish_time,
             sequence=message.sequence,
+            incompressible=incompressible,
         )
 
     def copy_piece(self, piece: Message | WholeChunk) -> int:
