@@ -29,7 +29,7 @@ SIMULATED_SOURCES = ("simulation", "replay")
 
 
 class StartKnowledge(MessageEnum):
-    """Whether it can be told what the robot knew at the start, and if not, what is missing."""
+    """Whether the log shows what the robot knew at the start, and if not, what is missing."""
 
     KNOWN = ""
     NO_FIRST_BELIEFS = "the beliefs of the first decision are missing, and with them what was known at the start"
@@ -43,16 +43,16 @@ class Gaps:
     Attributes:
         lost: one line for each kind of loss; empty where nothing is missing but perhaps the end of a log that was
             cut off.
-        torn: the end of a log that was cut off inside a record, whose content had to be dropped; "" for none. All
+        torn: the end of a log that was cut off inside a record, whose content had to be dropped; empty for none. All
             that the log holds stands nevertheless.
         actions_after_ns: actions may be missing after this time, in nanoseconds since the epoch; None where none is.
         not_looked: containers whose first observation is lost.
         beliefs: whether beliefs of some decisions are missing.
-        start: whether it can be told what the robot knew at the start.
+        start: whether the log shows what the robot knew at the start.
     """
 
     lost: tuple[str, ...] = ()
-    torn: str = field(default="", compare=False)
+    torn: tuple[str, ...] = field(default=(), compare=False)
     actions_after_ns: int | None = None
     not_looked: frozenset[str] = frozenset()
     beliefs: bool = False
@@ -61,7 +61,7 @@ class Gaps:
     @property
     def dropped(self) -> tuple[str, ...]:
         """One line for all that is missing, the torn end too: where there is any, commands exit with 3."""
-        return (*self.lost, *((self.torn,) if self.torn else ()))
+        return (*self.lost, *self.torn)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,14 +198,13 @@ def _damage_lines(damages: Iterable[Damage]) -> tuple[str, ...]:
     return (*((damage_line(places),) if places else ()), *cut)
 
 
-def _torn_end(run: Run) -> str:
+def _torn_end(run: Run) -> tuple[str, ...]:
     """What was lost in the record in which a log, or the log that it was recovered from, was cut off."""
     torn = next((damage for damage in run.damage if damage.cut_off and damage.loses_content), None)
     if torn is not None:
-        return torn_line(torn.offset)
-    if run.recovered is not None and run.recovered.torn:
-        return run.recovered.words or ""
-    return ""
+        return (torn_line(torn.offset),)
+    words = run.recovered.words if run.recovered is not None and run.recovered.torn else None
+    return (words,) if words else ()
 
 
 def _only_end_lost(run: Run) -> bool:
@@ -233,7 +232,7 @@ def _first_gap_ns(actions: Iterable[ActionFinished], absent: list[int]) -> int |
 
 
 def _ended_later(run: Run) -> bool:
-    """Whether the outcome tells of more searches, or of more cost, than the actions have."""
+    """Whether the outcome has more searches, or a higher cost, than the actions."""
     if run.outcome is None:
         return False
     searches = sum(action.action == "search" and action.success for action in run.actions)
@@ -282,7 +281,7 @@ def _ends_the_log(run: Run, action: ActionFinished) -> bool:
 
 
 def _start_knowledge(run: Run, *, certain: bool) -> Result[StartKnowledge]:
-    """Whether it can be told what the robot knew at the start."""
+    """Whether the log shows what the robot knew at the start."""
     known = StartKnowledge.KNOWN.result()
     first = min(run.beliefs, key=lambda belief: belief.decision, default=None)
     if certain:
