@@ -255,5 +255,5 @@ def record_at(stream: BinaryIO, offset: int, *, on_damage: OnDamage | None = Non
     size = stream.seek(0, io.SEEK_END)
     found = _look(stream, offset, size, MAX_RECORD_BYTES, frozenset())
     if found.record is None and on_damage is not None:
-        on_damage(Damage(offset, found.damage or "no record where the index says"))
+        on_damage(Damage(offset, found.damage or "no record where the index says", opcode=found.opcode))
     return found.record
