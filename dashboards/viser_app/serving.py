@@ -12,7 +12,7 @@ from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from replayers.memory.collect import read_history
-from replayers.runs.gaps import loss_lines, losses
+from replayers.runs.gaps import losses
 from workbench.errors import BadValue, FileMissing, LiosError
 from workbench.terminal import say
 
@@ -98,8 +98,9 @@ def open_dashboard(
             say(f"Left out: {problem}")
         runs = (_first_readable(library, [row.index for row in rows if row.index >= 0]),)
     dashboard = serve(library, ViewState(runs=runs, at=at, live=follow), host=host, port=port, token=token)
-    dashboard.lost = losses(library.timeline(index).run for index in runs)
-    for line in loss_lines(dashboard.lost):
+    found = losses(library.timeline(index).run for index in runs)
+    dashboard.lost = found.lost
+    for line in found.lines:
         say(line)
     if follow:
         dashboard.follower = Follower(library, lambda: list(dashboard.sessions.values()))
