@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    # Started in the background by a shell: what tests start and then interrupt would inherit deaf ears.
+    # Started in the background by a shell: processes that tests start and interrupt would ignore the interrupt too.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Set in many containers; with it, no test would see what a buffer keeps back.
