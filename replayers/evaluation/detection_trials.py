@@ -19,9 +19,9 @@ import numpy as np
 
 from replayers.log_tools.notes import note_from
 from replayers.mcap_io.messages import Message
+from replayers.mcap_io.poses import poses_in
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import Run
-from replayers.tables.frames import poses_in
 from workbench.arrays import Floats
 from workbench.log_schema.codec import UndecodableMessage
 from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction, item_said_there, made_up_id

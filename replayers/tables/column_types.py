@@ -13,9 +13,9 @@ from typing import Any, Protocol, Self, final
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 from pandas.api.extensions import ExtensionArray
 
+from replayers.tables.arrow import pa
 from replayers.tables.schemas import NUMBER, TEXT, TIME, WHOLE, WORD, YES
 from workbench.arrays import AnyArray, Bools, Ints32
 

@@ -16,12 +16,14 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from statistics import NormalDist
 
 import numpy as np
 import numpy.typing as npt
 
 from workbench.arrays import Floats
 from workbench.errors import BadValue
+from workbench.evaluation.distributions import student_quantile
 
 DRAWS = 4000
 _DRAWS_PER_BLOCK = 500
@@ -227,11 +229,9 @@ def _widening(number: int, level: float) -> tuple[float, float]:
     """
     if number == 1:
         return (float("nan"), float("nan"))
-    from scipy import special  # only where there are few
-
-    normal, student = special.ndtri((1 + level) / 2), special.stdtrit(number - 1, (1 + level) / 2)
+    normal, student = NormalDist().inv_cdf((1 + level) / 2), student_quantile((1 + level) / 2, number - 1)
     spread = float(np.sqrt(number / (number - 1)))
-    return float(student / normal) * spread, float(student) * spread
+    return student / normal * spread, student * spread
 
 
 def _ratio(top: float, bottom: float) -> float:

@@ -137,12 +137,14 @@ def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str,
     from replayers.counterfactual.sandbox import is_foreign
     from workbench.errors import BadValue
     from workbench.planning.scenarios.paper import family_of
+    from workbench.planning.strategies import strategy
     from workbench.plugins import NameOrigin
 
     names = strategies_named(strategies, with_truth=False)
     wanted = tuple(s.strip() for s in scenarios.split(",") if s.strip())
     for name in names:
-        is_foreign(name, origin=NameOrigin.USER)  # refuses what is no strategy
+        if is_foreign(name, origin=NameOrigin.USER):  # refuses what is no strategy
+            strategy(name, origin=NameOrigin.USER)  # refuses what cannot be loaded: each strategy records here, too
     for scenario in wanted:
         family_of(scenario)  # refuses unknown scenarios
     if len(names) < 2:
