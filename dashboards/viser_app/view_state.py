@@ -41,6 +41,8 @@ class ViewState:
     """Marks the items that were seen."""
     item_names: bool = False
     """Names all of them; otherwise only those of the goal and of the opened container."""
+    sight: bool = True
+    """Draws how far the robot sees in passing, and what it saw so."""
     occupancy: bool = False
     pictures: bool = True
     points: bool = True

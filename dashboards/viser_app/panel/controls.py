@@ -272,7 +272,7 @@ class Controls:
             self._show_container(session, scene)
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
-        self._draw("legend", lambda: legend(scene, items=state.items, **self._signs))
+        self._draw("legend", lambda: legend(scene, self._signs, items=state.items))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
         reading = round(min(state.at, self._slider.max), self._slider.precision)
         if abs(self._slider.value - reading) > ROUNDING:

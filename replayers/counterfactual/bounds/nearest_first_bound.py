@@ -149,7 +149,7 @@ def _most(state: _Errands) -> float:
     part, brought = np.zeros(parts + 1, np.int64), np.zeros(parts + 1, np.int64)
     begin = np.zeros(parts + 1, np.int64)
     begin[0] = state.robot
-    length[0] = _chain(state, state.robot, 0, gone[0].copy(), chain[0], spent[0])
+    length[0] = _chain(state, state.robot, brought[0], gone[0].copy(), chain[0], spent[0])
     level, most = 0, 0.0
     while level >= 0:
         k, p = walked[level], part[level]
@@ -175,7 +175,8 @@ def _most(state: _Errands) -> float:
             continue
         level += 1
         brought[level] = brought[level - 1] | 1 << p
-        gone[level] = gone[level - 1]
+        for c in range(n):
+            gone[level, c] = gone[level - 1, c]
         begin[level] = state.targets[p]
         spent[level, 0] = spent[level - 1, k] + errand
         walked[level], part[level] = 0, 0
