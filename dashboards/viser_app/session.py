@@ -43,8 +43,8 @@ from workbench.tolerances import NEAR_COST, ROUNDING, TINY
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
 PATHS_AFTER_S = 5.0
-"""The first planned paths, which take long to load, are shown when the page says that its first picture is drawn, when
-another moment is asked for, or after this long without a change."""
+"""The first planned paths, which take long to load, are shown when the page says that its first picture is drawn,
+when another moment is asked for, or after this long without a change."""
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
 

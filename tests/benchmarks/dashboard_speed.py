@@ -106,7 +106,7 @@ def drawn(page: Page) -> bool:
 
 
 def opened(browser: Browser, address: str, server: psutil.Process | None = None) -> tuple[Page, float, float]:
-    """A page, the seconds to its first picture, and the processor seconds of the browser and the server until then."""
+    """A page, the seconds to its first picture, and the processor seconds of browser and server until then."""
     page = browser.new_page(viewport={"width": 1000, "height": 700})
     page.set_default_timeout(120_000)
     before, began = spent(server), time.perf_counter()

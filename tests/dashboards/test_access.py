@@ -373,7 +373,7 @@ def test_servers_of_others_are_left_as_they_are() -> None:
 def test_our_script_runs_before_visers_and_pages_are_packed_for_others_only(
     dashboard: Dashboard, near: bool, encoding: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("dashboards.viser_app.guarded_server.is_loopback", lambda _: near)
+    monkeypatch.setattr("dashboards.viser_app.guarded_server.is_loopback", lambda _host: near)
     asked = "gzip" if near else encoding
     for _ in range(2):  # the second time from memory
         request = urllib.request.Request(dashboard.url, headers={"Accept-Encoding": asked})
