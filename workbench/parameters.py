@@ -139,7 +139,7 @@ def _kind(hint: Any) -> tuple[type, bool]:
 
 
 def _type(name: str, kind: type, low: float | None, high: float | None) -> click.ParamType[Any]:
-    """The type of a parameter, of which neither nan nor inf is one, nor, for a seed, a number below 0."""
+    """The type of a parameter; nan and inf are refused, and for a seed also negative numbers."""
     if kind is float:
         return _Finite() if low is None and high is None else _FiniteRange(low, high)
     if kind is int:
@@ -181,7 +181,7 @@ def _named(param: click.Parameter) -> str:
 
 
 class _Finite(click.types.FloatParamType):
-    """A number that is one: nan passes every comparison, and so every range."""
+    """A finite number: nan would pass every comparison, and so every range."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         return _finite(super().convert(value, param, ctx), param, ctx)
@@ -236,10 +236,10 @@ class _ExplainedArgument(click.Argument):
 
 
 class _Explained(click.Command):
-    """A command whose help tells its arguments before its options, and that refuses to forget or invent a value."""
+    """A command whose help lists its arguments before its options, and that refuses repeated and empty values."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click, which otherwise keeps the last of several values of an option that takes one, without a word.
+        """As click, which otherwise silently keeps the last of several values of an option that takes one.
 
         An empty text, as of a shell variable that is not set, would mean the default, or as a path this folder.
         """

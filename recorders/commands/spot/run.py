@@ -126,7 +126,7 @@ def run_by_keys(connection: Connection, wanted: RobotRun, ready: RunSetup, outpu
             stop=stop,
             operator=keys,
             force=force,
-            hear=lambda e: say(event_line(e)),
+            on_event=lambda e: say(event_line(e)),
         )
 
 

@@ -8,7 +8,7 @@ is a sequence of errands.
 The kernels take their arrays one by one: in a named tuple, each call unpacks all of them and counts its references to
 each, and the same searches took 1.13 to 1.4 times as long (2186 searches of tasks, side by side in one process). For
 that reason too the loop of `_search` is one function. Numba keeps what it compiled by the file of the outermost
-kernel: whoever changes a kernel in a sibling module saves this file anew.
+kernel: after a change to a kernel in a sibling module, save this file again.
 
 Constants that kernels receive are np.int64: numba compiles a kernel once more for every literal. Rows are copied in
 loops, since assigning a slice makes it compile the text of an error message. Together they halve the time that the
