@@ -138,6 +138,8 @@ def execute_command(session: BrowserSession, words: str) -> None:
         changes = parse_query(rest, runs=len(session.library.paths))
         if changes:
             session.change(**changes)
+    elif verb == "drawn":
+        session.show_planned_paths()
     elif verb in session.listers:
         session.listers[verb](rest.strip())
     elif value is None or (rest and verb not in VERBS):

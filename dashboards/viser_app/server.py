@@ -143,7 +143,7 @@ def _prepare(library: Library, state: ViewState) -> None:
         with ViewErrors("getting ready").caught(library.paths[run].name, lambda _: None):
             if not library.is_expected(run):
                 timeline = library.timeline(run)
-                scene_at(timeline, timeline.start_ns, focus=state.focus)
+                scene_at(timeline, timeline.start_ns, focus=state.focus, ahead=False)
 
 
 def _check_port(host: str, port: int) -> None:

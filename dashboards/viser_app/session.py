@@ -42,6 +42,9 @@ from workbench.tolerances import NEAR_COST, ROUNDING, TINY
 
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
+PATHS_AFTER_S = 5.0
+"""The first planned paths, which take long to load, are shown when the page says that its first picture is drawn,
+when another moment is asked for, or after this long without a change."""
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
 
@@ -78,6 +81,8 @@ class BrowserSession:
         """The runs on show."""
         self._revision = 0
         self._walls = ""
+        self._planned_paths = False
+        """Whether planned paths are shown."""
         self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
 
     def start(self) -> None:
@@ -100,6 +105,7 @@ class BrowserSession:
         """Changes the state and shows it soon; going to another moment than the end stops following a live run."""
         with self._wake:
             if at is not None:
+                self._planned_paths = True
                 changes = {"at": at, "live": self.state.live and self._is_over(at), **changes}
             self.state = replace(self.state, **changes)
             self._dirty = True
@@ -131,6 +137,11 @@ class BrowserSession:
         with self._wake:
             self._dirty = True
             self._wake.notify_all()
+
+    def show_planned_paths(self) -> None:
+        """Shows planned paths from now on."""
+        self._planned_paths = True
+        self._show_again()
 
     def reread(self) -> None:
         """Shows the runs as their logs now are."""
@@ -278,15 +289,18 @@ class BrowserSession:
             with self._wake:
                 woken = True
                 if self._alive and not (self._dirty or self._stirred or self.state.playing):
-                    woken = self._wake.wait(SETTLED_AFTER_S if unsettled else None)
+                    quiet_s = None if self._planned_paths else PATHS_AFTER_S
+                    woken = self._wake.wait(SETTLED_AFTER_S if unsettled else quiet_s)
                     last = time.monotonic()
                 if not self._alive:
                     return
                 changed = self._dirty or self.state.playing
                 self._dirty = self._stirred = False
             if not changed:
-                if not woken:
+                if not woken and unsettled:
                     self._run_safely(self._settle)
+                elif not woken:
+                    self.show_planned_paths()
                 unsettled = woken
                 continue
             now, unsettled = time.monotonic(), True
@@ -352,7 +366,10 @@ class BrowserSession:
             self._walls = state.walls
         self.stage.show_occupancy(state.occupancy or not self.clock.timelines[0].run.place.plan.walls)
         stamps = self.clock.stamps(state.at)
-        scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
+        scenes = [
+            scene_at(t, s, focus=state.focus, ahead=self._planned_paths)
+            for t, s in zip(self.clock.timelines, stamps, strict=True)
+        ]
         with self.client.atomic():  # one message: the browser draws the moment once, not part by part
             self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
             self.stage.show_items(self._items(scenes[0]))

@@ -138,13 +138,13 @@ class Controls:
         with tabs.add_tab("View"):
             self._options = Options(self._session)
         panel = gui.add_panel()
-        with panel.add_tab("Timeline", viser.Icon.TIMELINE):
+        with panel.add_tab("Timeline"):
             self._add("strip")
             self._add("cursor")
             self._add("legend")
         panel.float(x=0, y=-1)  # dock.js puts it below the house
         self._camera_panel = gui.add_panel(visible=False)
-        with self._camera_panel.add_tab("Cameras", viser.Icon.CAMERA):
+        with self._camera_panel.add_tab("Cameras"):
             self._add("cameras")
         self._camera_panel.float(x=16, y=16, width=CAMERAS_PX)
 
@@ -192,7 +192,7 @@ class Controls:
         self._slider.on_update(self._slid)
         steps = gui.add_button_group("Decision", ("« first", "‹ previous", "next ›", "last »"))
         steps.on_click(lambda event: self._step_decision(event.target.value))
-        self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
+        self._play = gui.add_button("Play")
         self._play.on_click(lambda _: session.toggle_playing())
         commands: tuple[tuple[str, Key, Literal["shift"] | None, Callable[[], None]], ...] = (
             ("Play or pause", "space", None, session.toggle_playing),
@@ -280,7 +280,6 @@ class Controls:
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:
             self._play.label = label
-            self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
 
     def _tables_are_due(self, *, playing: bool) -> bool:
         """Whether to draw the tables: while a run plays, only as often as people can read them."""

@@ -22,7 +22,7 @@ class NotesTab:
         self._session = session
         self._words = gui.add_text("Note", "", multiline=True, hint="About the moment shown, in the run in focus.")
         self._author = gui.add_text("Author", "", hint="The author; may be empty.")
-        add = gui.add_button("Add the note to the log", icon=viser.Icon.NOTE)
+        add = gui.add_button("Add the note to the log")
         add.on_click(self._add)
 
     def panel(self, names: list[str]) -> Markup:
