@@ -16,8 +16,8 @@ from toy_logs import MUG, acted, seen, toy_run
 from recorders.record_run import record
 from replayers.evaluation.detection_trials import LOOK, PASSING, DetectionTrial, PlantedItem, detection_trials
 from replayers.evaluation.perception import detection_rates
+from replayers.mcap_io.poses import poses_in
 from replayers.runs.run import Run, read
-from replayers.tables.frames import poses_in
 from workbench.cli import run as lios
 from workbench.log_schema.corrections import Correction, made_up_id
 from workbench.log_schema.events import NANO
