@@ -61,7 +61,7 @@ class Timeline:
         decisions: in order of their stamps.
         way_s: seconds since start_ns at each corner of the way, float64 (M,), not decreasing.
         way_xy: the corners in metres on the map, float64 (M, 2); way_m: metres walked at each, float64 (M,).
-        facing_rad: the robot's heading while it stands at or leaves corner i, float64 (M,).
+        heading_rad: the robot's heading while it stands at or leaves corner i, float64 (M,).
         imputed: whether the segment that ends at corner i was assumed by a replay, not walked in a log, bool (M,).
         cost_s, cost: cost so far, piecewise linear, float64 (K,) each.
         searched_ns: for each container of the plan, when it was searched in this run, or NEVER.

@@ -25,7 +25,7 @@ class ViewState:
     """Shows the true contents of that container, where the log holds them."""
     walls: str = "cut"
     theme: str = ""
-    """Light or dark; "" follows the system's preference, as the page told it."""
+    """Light or dark; "" follows the system's preference, as the page reports it."""
     system_theme: str = "light"
     playing: bool = False
     speed: float = 1.0
