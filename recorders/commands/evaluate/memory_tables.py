@@ -17,7 +17,18 @@ if TYPE_CHECKING:
 
 DEFAULT = "conditioned-lios"
 """Whose memory is measured where all policies or strategies are named."""
-SHOWN = ("strategy", "condition", "trials", "without", "remembered", "saved", "95 %", "oracle saves", "gap closed")
+SHOWN = (
+    "strategy",
+    "condition",
+    "trials",
+    "without",
+    "remembered",
+    "saved",
+    "95 %",
+    "up to date saves",
+    "oracle saves",
+    "gap closed",
+)
 
 
 def show_searches(
@@ -128,6 +139,7 @@ def _shown(row: dict[str, Any]) -> dict[str, object]:
         "remembered": row["cost_remembered"],
         "saved": signed_percentage(row["saved"]),
         "95 %": ends_in_words(row["saved_ci95"], "+.1f", scale=100),
+        "up to date saves": signed_percentage(row["up_to_date_saves"]),
         "oracle saves": signed_percentage(row["oracle_saves"]),
         "gap closed": signed_percentage(row["gap_closed"]),
     }

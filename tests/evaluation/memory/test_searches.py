@@ -26,7 +26,9 @@ def test_memory_saves_where_nothing_moved_and_is_forgotten_after_two_months() ->
     }
     assert sums["nothing moved"][1] < sums["nothing moved"][0]
     assert sums["all moved, in two months"][1] == pytest.approx(sums["all moved, in two months"][0], rel=0.03)
-    assert all(c.oracle <= min(c.without, c.remembered) + 1e-9 for c in found)
+    assert all(c.oracle <= min(c.without, c.remembered, c.up_to_date) + 1e-9 for c in found)
+    still = [c for c in found if c.condition == "nothing moved"]
+    assert sum(c.up_to_date for c in still) < sum(c.without for c in still)
 
 
 def test_the_command_prints_the_table_and_refuses_what_does_not_fit(capsys: pytest.CaptureFixture[str]) -> None:

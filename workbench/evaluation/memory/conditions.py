@@ -50,6 +50,7 @@ class MemoryCost:
     Attributes:
         known: whether what is sought had been seen in an earlier run.
         without, remembered, oracle: the cost without memory, with it, and knowing the house.
+        up_to_date: the cost where it is known what the containers that earlier runs opened hold now.
     """
 
     condition: str
@@ -59,6 +60,7 @@ class MemoryCost:
     without: float
     remembered: float
     oracle: float
+    up_to_date: float
 
 
 def memory_rows(costs: Sequence[MemoryCost], *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
@@ -73,8 +75,8 @@ def memory_rows(costs: Sequence[MemoryCost], *, seed: int, level: float = 0.95) 
 
 
 def _row(strategy: str, condition: str, costs: Sequence[MemoryCost], seed: int, level: float) -> dict[str, Any]:
-    without, remembered, oracle = (
-        np.array([getattr(c, name) for c in costs]) for name in ("without", "remembered", "oracle")
+    without, remembered, oracle, up_to_date = (
+        np.array([getattr(c, name) for c in costs]) for name in ("without", "remembered", "oracle", "up_to_date")
     )
     houses = [c.house for c in costs]
 
@@ -84,6 +86,7 @@ def _row(strategy: str, condition: str, costs: Sequence[MemoryCost], seed: int, 
 
     saved, saved_ci = share(without - remembered, without)
     most, most_ci = share(without - oracle, without)
+    current, current_ci = share(without - up_to_date, without)
     gap, gap_ci = share(without - remembered, without - oracle)
     cost = mean_with_interval(remembered, houses, rng=np.random.default_rng(seed), level=level)
     return {
@@ -95,10 +98,13 @@ def _row(strategy: str, condition: str, costs: Sequence[MemoryCost], seed: int, 
         "cost_without": float(without.mean()),
         "cost_remembered": cost.value,
         "cost_oracle": float(oracle.mean()),
+        "cost_up_to_date": float(up_to_date.mean()),
         "saved": saved,
         "saved_ci95": saved_ci,
         "oracle_saves": most,
         "oracle_saves_ci95": most_ci,
+        "up_to_date_saves": current,
+        "up_to_date_saves_ci95": current_ci,
         "gap_closed": gap,
         "gap_closed_ci95": gap_ci,
         "ci95_resamples": cost.resampled(),

@@ -20,7 +20,7 @@ from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.search.policies.oracle import oracle_policy
 from workbench.search.policies.registry import policy
 from workbench.search.policy import SearchPolicy
-from workbench.worlds.house import ContainerId, House, ItemType
+from workbench.worlds.house import START, ContainerId, House, ItemType, LocationId
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.travel import TravelCosts
 
@@ -129,4 +129,28 @@ def _costs(
             without=without,
             remembered=remembered,
             oracle=least,
+            up_to_date=_up_to_date(house, travel, item, chosen, plain, memory, settings.costs),
         )
+
+
+def _up_to_date(
+    house: House,
+    travel: TravelCosts,
+    item: ItemType,
+    searcher: SearchPolicy,
+    beliefs: Beliefs,
+    memory: Memory,
+    costs: ActionCosts,
+) -> float:
+    """The cost where the robot knows what the remembered containers hold now: it fetches the nearest item there, or
+    searches the rest."""
+    current = {c: house.contents[c] for c in memory.by_container}
+    ways = [
+        (travel.between(START, LocationId(c)), travel.between(LocationId(c), START))
+        for c, items in current.items()
+        if any(thing.type == item for thing in items)
+    ]
+    fetched = [there + costs.manipulation + back for there, back in ways if there is not None and back is not None]
+    if fetched:
+        return min(fetched)
+    return search_trial(house, travel, item, searcher, beliefs, costs=costs, known=current).cost

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +70,7 @@ def _trial(key: TrialKey, house: House, navigation: Navigation, settings: Memory
         now = moved_house(house, navigation.travel, condition.moved, rng=rng)
         start = _start(key.scenario, now, navigation, seed=key.seed)
         memory = remember(history, at_ns=EPOCH_NS + round(condition.days * NS_PER_DAY), rates=settings.rates)
+        current = replace(start, known=tuple(dict.fromkeys((*start.known, *memory.by_container))))
         seen = {item_type for look in memory.looks for item_type in look.item_types}
         oracle = _cost("oracle", start, navigation, settings, key.seed, None)
         for name in settings.strategies:
@@ -81,6 +82,7 @@ def _trial(key: TrialKey, house: House, navigation: Navigation, settings: Memory
                 without=_cost(name, start, navigation, settings, key.seed, None),
                 remembered=_cost(name, start, navigation, settings, key.seed, memory),
                 oracle=oracle,
+                up_to_date=_cost(name, current, navigation, settings, key.seed, None),
             )
 
 

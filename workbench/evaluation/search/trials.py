@@ -23,7 +23,7 @@ from workbench.search.costs import ActionCosts
 from workbench.search.policies.oracle import oracle_policy
 from workbench.search.policies.registry import policy
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
-from workbench.worlds.house import START, ContainerId, House, ItemType, LocationId
+from workbench.worlds.house import START, ContainerId, Contents, House, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import TravelCosts
 
@@ -115,17 +115,19 @@ def search_trial(
     beliefs: Beliefs | None,
     *,
     costs: ActionCosts,
+    known: Contents | None = None,
     stopwatch: Stopwatch = time.perf_counter,
 ) -> SearchTrial:
     """Run one search trial.
 
     Args:
         beliefs: None for a policy without beliefs.
+        known: contents that are known from the start, without an instance.
 
     Raises:
         ValueError: the house holds no reachable instance.
     """
-    knowledge = knowledge_at_start(house.plan, travel, {})
+    knowledge = knowledge_at_start(house.plan, travel, known or {})
     cost, decide_s = 0.0, 0.0
     before_s = beliefs.seconds if beliefs else 0.0
     first: SearchQuery | None = None

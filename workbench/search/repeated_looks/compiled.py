@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Floats, Ints
-from workbench.search.repeated_looks.lanes import LANES, aligned, least
+from workbench.search.repeated_looks.lanes import LANES, TOGETHER, aligned, least, least_together, price
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
 TILE = 40
@@ -88,39 +88,53 @@ def _cost_table(
         power[a + 1] = power[a] * (looks + 1)
         start[a + 1] = start[a] + power[a]
     later, onward, reward, best = aligned(start[k], width), aligned(k, width), aligned(k, width), aligned(1, width)[0]
-    digits, row = np.empty(k, np.int64), np.empty(k, np.int64)
+    digits, row, gain = np.empty(k, np.int64), np.empty(k, np.int64), np.empty(k)
     left, stood = np.empty(k, np.int64), np.empty(k, np.int64)
     for item in range(items):
         for first in range(0, targets, width):
             tile = min(width, targets - first)
+            others_left, others_stood = 0, k - 1
             for a in range(k):
                 digits[a] = looks
+                row[a] = start[a] + power[a] - 1
+                stood[max(0, a - 1)] = a
                 for g in range(width):
                     later[start[a] + power[a] - 1, g] = 0.0
                 for g in range(tile):
                     reward[a, g] = found[item, a, first + g]
             for state in range(power[k] - 2, -1, -1):
-                lowest = 0
-                while digits[lowest] == 0:
-                    digits[lowest] = looks
-                    lowest += 1
-                digits[lowest] -= 1
-                count = places = lower = 0
-                for a in range(k):
-                    row[a] = start[a] + lower
-                    lower += digits[a] * power[a]
-                    left[count], stood[places] = a, a
-                    count += digits[a] < looks
-                    places += digits[a] > 0
+                if digits[0] > 0:  # only the lowest digit differs from that of the state before
+                    digits[0] -= 1
+                    for a in range(1, k):
+                        row[a] -= 1
+                else:
+                    lowest = 0
+                    while digits[lowest] == 0:
+                        digits[lowest] = looks
+                        lowest += 1
+                    digits[lowest] -= 1
+                    lower = looks
+                    others_left = others_stood = 0
+                    for a in range(1, k):
+                        row[a] = start[a] + lower
+                        lower += digits[a] * power[a]
+                        left[others_left], stood[others_stood] = a, a
+                        others_left += digits[a] < looks
+                        others_stood += digits[a] > 0
+                left[others_left], stood[others_stood] = 0, 0
+                count, places = others_left + (digits[0] < looks), others_stood + (digits[0] > 0)
                 r = missing[item, state]
                 for c in range(count):
-                    a = left[c]
-                    gain, after = r - missing[item, state + power[a]], later[row[a]]
-                    for g in range(width):
-                        onward[c, g] = r * search + gain * reward[a, g] + after[g]
-                for c in range(places):
+                    gain[c] = r - missing[item, state + power[left[c]]]
+                price(onward, r * search, gain, reward, later, row, left, count)
+                c = 0
+                while c + TOGETHER <= places:
+                    least_together(later, row, r, between_m[item], stood[c:], left, count, onward)
+                    c += TOGETHER
+                while c < places:
                     i = stood[c]
                     least(later[row[i]], r, between_m[item, i], left, count, onward)
+                    c += 1
             for o in range(origins):
                 least(best, missing[item, 0], from_m[item, o], left, k, onward)
                 for g in range(tile):

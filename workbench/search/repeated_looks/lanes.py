@@ -21,6 +21,9 @@ LANES = 8
 BLOCKS = (5, 2, 1)
 """Registers that are accumulated at once, from the most."""
 
+TOGETHER = 2
+"""Places whose minima are accumulated at once; with more, registers run short."""
+
 FLAGS = ("nnan", "ninf", "nsz")
 VECTOR, INT = ir.VectorType(ir.DoubleType(), LANES), ir.IntType(64)
 
@@ -39,41 +42,127 @@ def least(best: Floats, r: float, metres: Floats, left: Ints, count: int, onward
     _least(best, r, metres, left, count, onward)  # pyright: ignore[reportCallIssue]
 
 
+@njit(nogil=True, inline="always")
+def least_together(
+    best: Floats, rows: Ints, r: float, metres: Floats, stood: Ints, left: Ints, count: int, onward: Floats
+) -> None:
+    """least() from TOGETHER places at once, which reads every row of onward once for all of them.
+
+    Args:
+        best: shape (places, targets); row rows[i] is overwritten for each of the places i.
+        metres: shape (k, k); row i is from place i.
+        stood: the places, at least TOGETHER of them.
+        left, count, onward: as for least().
+    """
+    _least_together(best, rows, r, metres, stood, left, count, onward)  # pyright: ignore[reportCallIssue]
+
+
+@njit(nogil=True, inline="always")
+def price(
+    onward: Floats, look: float, gain: Floats, reward: Floats, later: Floats, row: Ints, left: Ints, count: int
+) -> None:
+    """onward[c, g] = look + gain[c] reward[left[c], g] + later[row[left[c]], g] for c < count.
+
+    Args:
+        onward: shape (at least count, targets), overwritten; reward, later: shape (rows, targets).
+        look: what the look itself is expected to cost.
+    """
+    _price(onward, look, gain, reward, later, row, left, count)  # pyright: ignore[reportCallIssue]
+
+
+@intrinsic
+def _price(typing, onward, look, gain, reward, later, row, left, count):
+    given = (onward, types.float64, gain, reward, later, row, left, types.int64)
+    return types.void(*given), _generate_price
+
+
 @intrinsic
 def _least(typing, best, r, metres, left, count, onward):
     return types.void(best, types.float64, metres, left, types.int64, onward), _generate
 
 
+@intrinsic
+def _least_together(typing, best, rows, r, metres, stood, left, count, onward):
+    return types.void(best, rows, types.float64, metres, stood, left, types.int64, onward), _generate_together
+
+
 def _generate(context, builder, signature, args):
-    arrays = [
+    best, r, metres, *rest = _arrays(context, builder, signature, args)
+    targets = cgutils.unpack_tuple(builder, best.shape)[0]
+    return _over_targets(context, builder, ((best.data, metres.data),), targets, r, rest)
+
+
+def _generate_together(context, builder, signature, args):
+    best, rows, r, metres, stood, *rest = _arrays(context, builder, signature, args)
+    targets, k = (cgutils.unpack_tuple(builder, array.shape)[1] for array in (best, metres))
+    places = []
+    for n in range(TOGETHER):
+        place = builder.load(builder.gep(stood.data, [INT(n)]))
+        row = builder.load(builder.gep(rows.data, [place]))
+        places.append(
+            (builder.gep(best.data, [builder.mul(row, targets)]), builder.gep(metres.data, [builder.mul(place, k)]))
+        )
+    return _over_targets(context, builder, places, targets, r, rest)
+
+
+def _generate_price(context, builder, signature, args):
+    onward, look, gain, reward, later, row, left, count = _arrays(context, builder, signature, args)
+    targets = cgutils.unpack_tuple(builder, onward.shape)[1]
+    looks = _in_every_lane(builder, look)
+
+    def block(at, registers):
+        with cgutils.for_range_slice(builder, INT(0), count, INT(1), INT) as (c, _):
+            candidate = builder.load(builder.gep(left.data, [c]))
+            gains = _in_every_lane(builder, builder.load(builder.gep(gain.data, [c])))
+            there = builder.load(builder.gep(row.data, [candidate]))
+            begin, found, after = (builder.add(at, builder.mul(i, targets)) for i in (c, candidate, there))
+            for n in range(registers):
+                rewards = builder.load(_register(builder, reward.data, found, n), align=8)
+                onwards = builder.load(_register(builder, later.data, after, n), align=8)
+                priced = builder.fadd(builder.fadd(looks, builder.fmul(gains, rewards)), onwards)
+                builder.store(priced, _register(builder, onward.data, begin, n), align=8)
+
+    return _in_blocks(context, builder, targets, block)
+
+
+def _arrays(context, builder, signature, args):
+    return [
         context.make_array(kind)(context, builder, value) if isinstance(kind, types.Array) else value
         for kind, value in zip(signature.args, args, strict=True)
     ]
-    targets = cgutils.unpack_tuple(builder, arrays[0].shape)[0]
+
+
+def _over_targets(context, builder, places, targets, r, rest):
+    """All targets, block by block; places are pairs of pointers to a result and to its metres."""
+    return _in_blocks(context, builder, targets, lambda at, n: _block(builder, at, n, places, r, rest, targets))
+
+
+def _in_blocks(context, builder, targets, block):
+    """block(at, registers) for all targets, the most registers first."""
     first = INT(0)
     for registers in BLOCKS:
         step = INT(registers * LANES)
         end = builder.sub(targets, builder.srem(builder.sub(targets, first), step))
         with cgutils.for_range_slice(builder, first, end, step, INT) as (at, _):
-            _block(builder, at, registers, arrays, targets)
+            block(at, registers)
         first = end
     return context.get_dummy_value()
 
 
-def _block(builder, at, registers, arrays, targets):
+def _block(builder, at, registers, places, r, rest, targets):
     """The loop over candidates for so many registers of targets from `at` on."""
-    best, r, metres, left, count, onward = arrays
+    left, count, onward = rest
+
+    def legs_of(metres, candidate):
+        """r metres[candidate] in every lane."""
+        return _in_every_lane(builder, builder.fmul(r, builder.load(builder.gep(metres, [candidate]))))
 
     def sums(c):
-        """r metres[left[c]] + onward[c, at:], a register each."""
+        """r metres[left[c]] + onward[c, at:], a register each, place by place."""
         candidate = builder.load(builder.gep(left.data, [c]))
-        leg = builder.fmul(r, builder.load(builder.gep(metres.data, [candidate])))
-        one = builder.insert_element(VECTOR(ir.Undefined), leg, ir.IntType(32)(0))
-        legs = builder.shuffle_vector(one, VECTOR(ir.Undefined), ir.VectorType(ir.IntType(32), LANES)([0] * LANES))
         row = builder.add(at, builder.mul(c, targets))
-        return [
-            builder.fadd(legs, builder.load(_register(builder, onward, row, n), align=8)) for n in range(registers)
-        ]
+        rows = [builder.load(_register(builder, onward.data, row, n), align=8) for n in range(registers)]
+        return [builder.fadd(legs, row) for legs in [legs_of(m, candidate) for _, m in places] for row in rows]
 
     start, before = sums(INT(0)), builder.block
     loop, after = builder.append_basic_block("candidates"), builder.append_basic_block("least")
@@ -93,13 +182,18 @@ def _block(builder, at, registers, arrays, targets):
         phi.add_incoming(start[n], before)
         phi.add_incoming(lesser[n], loop)
     for n, phi in enumerate(least_of):
-        builder.store(phi, _register(builder, best, at, n), align=8)
+        builder.store(phi, _register(builder, places[n // registers][0], at, n % registers), align=8)
 
 
 def _register(builder, array, at, n):
     """A pointer to the n-th register of an array from an index on."""
-    place = builder.gep(array.data, [builder.add(at, INT(n * LANES))])
+    place = builder.gep(array, [builder.add(at, INT(n * LANES))])
     return builder.bitcast(place, VECTOR.as_pointer())
+
+
+def _in_every_lane(builder, number):
+    one = builder.insert_element(VECTOR(ir.Undefined), number, ir.IntType(32)(0))
+    return builder.shuffle_vector(one, VECTOR(ir.Undefined), ir.VectorType(ir.IntType(32), LANES)([0] * LANES))
 
 
 def _lesser(builder, new, old):
