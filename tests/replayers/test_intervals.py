@@ -1,4 +1,4 @@
-"""Bounds over shipped logs: nested in the budget."""
+"""Intervals of the run tree: over shipped logs, the bounds are nested in the budget."""
 
 from __future__ import annotations
 
