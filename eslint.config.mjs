@@ -6,7 +6,7 @@ const browser = [
   "sessionStorage", "setInterval", "setTimeout", "window",
 ];
 const ours = [
-  "liosRenderer", "liosCamera", "liosUpper", "liosInterpolate", "liosClock", "liosRibbon", "liosPlaceLabels", "liosPaint",
+  "liosRenderer", "liosCamera", "liosUpper", "liosInterpolate", "liosClock", "liosRibbon", "liosSight", "liosPlaceLabels", "liosPaint",
   "liosTheme", "liosScaleBar",
 ];
 

@@ -55,6 +55,9 @@ GOAL: Colour = (240, 228, 66)
 """Places and items that the goal names."""
 ITEM: Colour = (44, 49, 58)
 """Other items that were seen."""
+SIGHT: Colour = (38, 70, 110)
+IN_SIGHT: Colour = (240, 247, 255)
+"""Edge and area of what the robot sees; the first also of viewpoints."""
 
 TRIMS: dict[str, Colour] = {
     "wood": (176, 148, 116),

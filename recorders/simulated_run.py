@@ -46,7 +46,7 @@ class Trial:
         strategy, estimator: names that a user gives; a strategy may be given itself.
         miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
         sees_m: how far the robot sees open furniture in passing, in metres; 0 for not at all.
-        trusts_looks: the robot does not know it, and takes every look at its word.
+        trusts_looks: the robot does not know the miss rate, and believes every look.
         memory: what the robot remembers of earlier runs.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
         ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.

@@ -22,7 +22,7 @@ from workbench.worlds.perception import missing_at
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialRecorder:
-    """A tap that records events. It is pickled for workers, so it holds only a folder and no open file."""
+    """An event hook that records events. It is pickled for workers, so it holds only a folder and no open file."""
 
     folder: Path
 
@@ -31,20 +31,20 @@ class TrialRecorder:
         return log_path(self.folder, row.scenario, row.trial, row.strategy)
 
     def __call__(
-        self, staged: PreparedTrial, strategy: str, estimator: Estimator, events: Iterator[Event]
+        self, trial: PreparedTrial, strategy: str, estimator: Estimator, events: Iterator[Event]
     ) -> Iterator[Event]:
-        path = log_path(self.folder, staged.key.scenario, staged.key.trial, strategy)
+        path = log_path(self.folder, trial.key.scenario, trial.key.trial, strategy)
         path.parent.mkdir(parents=True, exist_ok=True)
         first = next(events)
         with RunRecorder(
             path,
-            info=_info(staged, strategy, estimator, first),
-            place=Place.of(staged.house.plan, staged.navigation),
-            task=staged.task,
-            costs=staged.costs,
-            truth=staged.house.contents,
+            info=_info(trial, strategy, estimator, first),
+            place=Place.of(trial.house.plan, trial.navigation),
+            task=trial.task,
+            costs=trial.costs,
+            truth=trial.house.contents,
             force=True,
-            settings=perception_to_settings(missing_at(staged.misses_of(strategy))),
+            settings=perception_to_settings(missing_at(trial.misses_of(strategy))),
         ) as recorder:
             recorder.record(first)
             yield first
@@ -58,12 +58,12 @@ def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
     return folder / scenario_file_name(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
 
 
-def _info(staged: PreparedTrial, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
-    key, place = staged.key, staged.house.plan.name
-    rate = staged.misses_of(strategy)
+def _info(trial: PreparedTrial, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
+    key, place = trial.key, trial.house.plan.name
+    rate = trial.misses_of(strategy)
     missing = f"/miss rate {rate!r}" if rate else ""
     return run_info(
-        staged.task,
+        trial.task,
         Driver(strategy=strategy, estimator=estimator.name, seed=key.seed),
         id=run_id(f"{place}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}{missing}"),
         place=place,

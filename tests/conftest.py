@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
+import sys
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,13 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 # Set in many containers; with it, no test would see what a buffer keeps back.
 os.environ.pop("PYTHONUNBUFFERED", None)
+
+# Set in many containers; with it, every process that a test starts would compile every module anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
+# What importing the tests makes stays to the end: collecting it again and again finds nothing.
+gc.disable()
 
 # The same examples in every run, on however slow a machine: what fails is due to a change. LIOS_EXPLORE=1: new ones.
 settings.register_profile(
@@ -40,6 +49,12 @@ def procthor() -> Path:
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Tests do not read or write the user's cache."""
     os.environ["LIOS_CACHE"] = str(tmp_path_factory.mktemp("lios-cache"))
+
+
+def pytest_collection_finish() -> None:
+    """Garbage is collected from here on, and no longer looked for among what the collection of tests has made."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)

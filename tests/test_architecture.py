@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from product_source import ROOT, files, parsed
+from product_source import ROOT, files, parsed, statements
 
 pytestmark = pytest.mark.xdist_group("source")
 
@@ -100,12 +100,12 @@ def _functions(tree: ast.Module) -> Iterator[tuple[str, Function]]:
     """Every function with its name, that of a constructor being its class."""
     owner = {
         id(part): node.name
-        for node in ast.walk(tree)
+        for node in statements(tree)
         if isinstance(node, ast.ClassDef)
         for part in node.body
         if isinstance(part, Function) and part.name == "__init__"
     }
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if isinstance(node, Function):
             yield owner.get(id(node), node.name), node
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Iterator
+from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
@@ -149,6 +150,32 @@ def test_an_empty_path_is_not_this_folder() -> None:
 def test_what_takes_several_still_does() -> None:
     line = ["--many", "a", "--many", "b", "--flag", "--flag", "--one", "x"]
     assert command_of("two", _two_options, help="").main(line, standalone_mode=False) == ("x", "", ["a", "b"], True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shared:
+    size: Annotated[int, Option("--size", help="How large.", min=1)] = 3
+    names: Annotated[list[str] | None, Option("--name", help="Repeat for several.")] = None
+
+
+def _with_shared(own: Annotated[str, Option("--own", help="Its own.")] = "", shared: Shared = Shared()) -> Any:
+    return own, shared
+
+
+@pytest.mark.parametrize(
+    ("line", "given"),
+    [
+        ([], ("", Shared())),
+        (["--size", "5", "--own", "x"], ("x", Shared(size=5))),
+        (["--name", "a", "--name", "b"], ("", Shared(names=["a", "b"]))),
+    ],
+)
+def test_the_fields_of_a_dataclass_are_options(line: list[str], given: tuple[str, Shared]) -> None:
+    command = command_of("it", _with_shared, help="")
+    assert [param.name for param in command.params] == ["own", "size", "names"]
+    assert command.main(line, standalone_mode=False) == given
+    with pytest.raises(click.BadParameter, match="0 is not in the range"):
+        command.main(["--size", "0"], standalone_mode=False)
 
 
 def _leaves(group: click.Group, path: tuple[str, ...] = ()) -> Iterator[tuple[str, click.Command]]:

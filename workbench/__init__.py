@@ -1,7 +1,7 @@
 """LIOS workbench: robot object search and task planning with missing objects.
 
-Rooms, each knowing only those before it:
-worlds <- beliefs <- search <- planning <- execution <- runs <- evaluation.
+Rooms, each knowing only those before it: worlds <- beliefs <- search <- planning <- execution <- log_schema <-
+evaluation.
 """
 
 __version__: str

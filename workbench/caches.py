@@ -1,8 +1,8 @@
 """The cache of this software: bounded, in two generations, so that what was used lately stays.
 
 It serves where a key is computed from parts of the arguments; functools.lru_cache with a size serves functions whose
-arguments are the key. Frozen values hold no cache: what is remembered about one of them is in a PerObject beside the
-code that asks, and goes when the value goes.
+arguments are the key. Frozen values hold no cache: what is cached about one of them is in a PerObject beside the code
+that uses it, and is dropped together with the value.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Tracebacks of code from outside, shown on standard error under `lios --debug`.
 
-Such code runs in worker processes and sandboxes too, which inherit the environment whatever starts them; so the wish
-is an environment variable.
+Such code runs in worker processes and sandboxes too, which inherit the environment whatever starts them; so `--debug`
+sets an environment variable.
 """
 
 from __future__ import annotations

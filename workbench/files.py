@@ -1,8 +1,8 @@
 """Atomic writes of files, file names made from other names, and the folder of the on-disk cache.
 
 A file is written under a hidden name beside its own, .NAME.THREAD.PROCESS.MACHINE.part, and renamed when it is
-complete, so that readers see the old file or the new one, and never a half. What a killed process left is known by
-the numbers of its process and machine, and removed by the next one that writes into the folder.
+complete: readers see the old file or the new one, and never a part. The draft of a killed process is recognised by
+the numbers of its process and machine, and removed by the next process that writes into the folder.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ A command is a plain function, which tests and scripts call as any other. The ty
 stand in its signature; its annotation says how the command line spells and explains it.
 
     def looks(log: Annotated[Path, Argument(help="A log.")], most: Annotated[int, Option("--most", min=1)] = 10): ...
+
+Options that several commands have in common may be the fields of one dataclass, which is then the parameter's type.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ import math
 import types
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -64,22 +66,39 @@ def command_of(name: str, function: Callable[..., Any], *, help: str) -> click.C
     """The click command that calls a function with what the line gives for its parameters.
 
     Parameters may be bool (options only), int, float, str and Path; each of them or None; and lists of the last four,
-    which may be given several times. Numbers are finite; a parameter called seed is not negative.
+    which may be given several times. A dataclass stands for an option for each of its fields. Numbers are finite; a
+    parameter called seed is not negative.
 
     Raises:
         TypeError: a parameter without Option or Argument, or of another type.
     """
     hints = get_type_hints(function, include_extras=True)
-    signature = inspect.signature(function)
-    params = [_parameter(given, hints.get(given.name)) for given in signature.parameters.values()]
-    defaults = {p.name: signature.parameters[p.name].default for p in params if p.multiple or p.nargs == -1 if p.name}
+    groups = {name: hint for name, hint in hints.items() if is_dataclass(hint) and isinstance(hint, type)}
+    given: list[tuple[inspect.Parameter, Any]] = []
+    for parameter in inspect.signature(function).parameters.values():
+        group = groups.get(parameter.name)
+        given += [(parameter, hints.get(parameter.name))] if group is None else _fields(group)
+    params = [_parameter(parameter, hint) for parameter, hint in given]
+    several = {
+        parameter.name: parameter.default
+        for param, (parameter, _) in zip(params, given, strict=True)
+        if param.multiple or param.nargs == -1
+    }
 
     def call(**values: Any) -> Any:
         # click gives a tuple for what may be given several times, an empty one where it was not given.
-        several = {name: list(values[name]) if values[name] else default for name, default in defaults.items()}
-        return function(**values | several)
+        values |= {name: list(values[name]) if values[name] else default for name, default in several.items()}
+        for name, group in groups.items():
+            values[name] = group(**{field.name: values.pop(field.name) for field, _ in _fields(group)})
+        return function(**values)
 
     return _Explained(name, callback=call, params=params, help=help)
+
+
+def _fields(group: type) -> list[tuple[inspect.Parameter, Any]]:
+    """The fields of a group of options as parameters, with their annotations."""
+    hints = get_type_hints(group, include_extras=True)
+    return [(field, hints.get(field.name)) for field in inspect.signature(group).parameters.values()]
 
 
 def _parameter(given: inspect.Parameter, hint: Any) -> click.Parameter:
@@ -120,7 +139,7 @@ def _kind(hint: Any) -> tuple[type, bool]:
 
 
 def _type(name: str, kind: type, low: float | None, high: float | None) -> click.ParamType[Any]:
-    """The type of a parameter, of which neither nan nor inf is one, nor, for a seed, a number below 0."""
+    """The type of a parameter; nan and inf are refused, and for a seed also negative numbers."""
     if kind is float:
         return _Finite() if low is None and high is None else _FiniteRange(low, high)
     if kind is int:
@@ -162,7 +181,7 @@ def _named(param: click.Parameter) -> str:
 
 
 class _Finite(click.types.FloatParamType):
-    """A number that is one: nan passes every comparison, and so every range."""
+    """A finite number: nan would pass every comparison, and so every range."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         return _finite(super().convert(value, param, ctx), param, ctx)
@@ -217,10 +236,10 @@ class _ExplainedArgument(click.Argument):
 
 
 class _Explained(click.Command):
-    """A command whose help tells its arguments before its options, and that refuses to forget or invent a value."""
+    """A command whose help lists its arguments before its options, and that refuses repeated and empty values."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click, which otherwise keeps the last of several values of an option that takes one, without a word.
+        """As click, which otherwise silently keeps the last of several values of an option that takes one.
 
         An empty text, as of a shell variable that is not set, would mean the default, or as a path this folder.
         """

@@ -209,7 +209,7 @@ def _without(folder: Path) -> Generator[None]:
 
 
 def _installed(kind: PluginKind) -> tuple[EntryPoint, ...]:
-    """A package whose metadata merely lies in the working folder is not installed."""
+    """A package whose metadata is merely in the working folder is not installed."""
     with import_path(NameOrigin.LOG):
         return tuple(entry_points(group=kind.group))
 

@@ -35,7 +35,7 @@ EQUAL_PROBABILITY = 1e-12
 NEWTON_STEP = 1e-14
 """A smaller step of Newton's method ends it."""
 NO_CHANCE = 1e-12
-"""Added to every chance, so that the nearest comes first of containers that are believed to hold nothing."""
+"""Added to every probability; of containers that are believed to hold nothing, the nearest then comes first."""
 
 MIN_LENGTH_M = 1e-6
 """A shorter segment is a point: it has no direction."""

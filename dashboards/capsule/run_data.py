@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from dashboards.model.clock import Clock
-from dashboards.model.containers.container_style import bar_heights_m, container_colours
+from dashboards.model.containers.container_style import bar_colours, bar_heights_m, container_colours, left_labels
 from dashboards.model.containers.item_marks import item_marks
 from dashboards.model.containers.seen_items import items_seen
 from dashboards.model.first_stop_costs import first_looks
@@ -70,7 +70,7 @@ def run_data(
             panels and marks the page has.
     """
     palettes, heights, marks, orders, ways = TextTable(), TextTable(), TextTable(), TextTable(), TextTable()
-    balls, item_names = TextTable(), TextTable()
+    balls, item_names, left = TextTable(), TextTable(), TextTable()
     items = items_of(timeline) if signs is not None else ()
     stamps = frame_stamps(timeline)
     frames: list[dict[str, Any]] = []
@@ -87,8 +87,10 @@ def run_data(
                         heights.put(np.round(bar_heights_m(s), 3).tolist()),
                         marks.put(_marks(s)),
                         texts.put(beliefs(s, timeline)),
-                        texts.put(legend(s, items=True, **signs)),
+                        texts.put(legend(s, signs, items=True)),
                         item_names.put(names),
+                        left.put([list(words) for words in left_labels(s)]),
+                        palettes.put(bar_colours(s).ravel().tolist()),
                     ]
                     for s, (_, names) in zip(focused, seen, strict=True)
                 ],
@@ -110,6 +112,7 @@ def run_data(
         "ways": ways.all,
         "balls": balls.all,
         "itemNames": item_names.all,
+        "left": left.all,
     }
 
 
@@ -127,7 +130,9 @@ def _motion(timeline: Timeline) -> dict[str, Any]:
         "cost": _list(timeline.cost),
         "decisions": [round(timeline.seconds(s), 6) for s in timeline.decision_ns],
         "actions": [round(timeline.seconds(s), 6) for s in timeline.action_ns],
-        "searchS": sorted(round(timeline.seconds(int(s)), 6) for s in timeline.searched_ns if s != NEVER),
+        "searchS": sorted(
+            round(timeline.seconds(int(s)), 6) for s in timeline.searched_ns[~timeline.passed] if s != NEVER
+        ),
         "stop": _stop(timeline),
     }
 

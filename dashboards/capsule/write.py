@@ -20,10 +20,12 @@ import msgspec
 import numpy as np
 
 from dashboards.capsule.run_data import TextTable, run_data, still_panels
+from dashboards.capsule.sight_data import sight_data
 from dashboards.geometry.goal_places import goal_frames
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.geometry.marks import Mesh, cross, robot_body, robot_legs, tick, unopened_marker, unseen_marker
 from dashboards.geometry.occupancy import occupancy_mesh
+from dashboards.geometry.sight_marks import DOT_M, eye
 from dashboards.geometry.solids import SHAPES, Batch, unit_mesh
 from dashboards.library.same_place import other_houses, same_house
 from dashboards.model.clock import ALIGNMENTS, Clock
@@ -31,7 +33,7 @@ from dashboards.model.containers.unopened import unopened
 from dashboards.model.labels import label
 from dashboards.model.run_names import run_names
 from dashboards.model.timeline import Timeline
-from dashboards.palette import GOAL, ITEM, OCCUPIED, UNOPENED, UNSEEN, run_colour
+from dashboards.palette import GOAL, IN_SIGHT, ITEM, OCCUPIED, SIGHT, UNOPENED, UNSEEN, run_colour
 from dashboards.panels.markup import html, text
 from dashboards.panels.now import run_signs, title
 from dashboards.panels.strip import strip
@@ -55,7 +57,7 @@ PARTS = (
     "panels/help.js",
     *(
         f"capsule/page/{name}.js"
-        for name in ("renderer", "clock", "ribbon", "labels", "painting", "theme", "player", "film")
+        for name in ("renderer", "clock", "ribbon", "sight", "labels", "painting", "theme", "player", "film")
     ),
 )
 SHEETS = ("panels/panels.css", "capsule/page/page.css")
@@ -115,6 +117,7 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
         run_data(t, label(names[i]), run_colour(i), texts, signs=signs if i == 0 else None)
         for i, t in enumerate(timelines)
     ]
+    runs[0] |= sight_data(first, house_shape(first.plan).tops_m)
     return {
         "title": title(first) + _left_out_note(elsewhere),
         "plainTitle": first.task_words,
@@ -123,7 +126,15 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
         "house": _house(first),
         "unopened": np.flatnonzero(closed).tolist(),
         "meshes": _meshes(),
-        "colours": {"goal": GOAL, "item": ITEM, "unopened": UNOPENED, "unseen": UNSEEN},
+        "colours": {
+            "goal": GOAL,
+            "item": ITEM,
+            "unopened": UNOPENED,
+            "unseen": UNSEEN,
+            "sight": SIGHT,
+            "inSight": IN_SIGHT,
+            "dot": DOT_M,
+        },
         "runs": runs,
         "still": still_panels(clock, names),
         "strips": {
@@ -195,6 +206,7 @@ def _meshes() -> dict[str, Any]:
     made |= {
         "cross": cross(),
         "tick": tick(),
+        "eye": eye(),
         "question": unseen_marker(),
         "unknown": unopened_marker(),
         "robotBody": robot_body(),

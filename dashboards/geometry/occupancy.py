@@ -13,7 +13,7 @@ HEIGHT_M = 0.014
 
 def occupancy_mesh(grid: OccupancyGrid) -> Mesh | None:
     """The occupied cells from above, or None when all are free."""
-    stretches = _stretches(grid.occupied)
+    stretches = occupied_stretches(grid.occupied)
     if not len(stretches):
         return None
     x0, y0 = grid.origin
@@ -26,7 +26,7 @@ def occupancy_mesh(grid: OccupancyGrid) -> Mesh | None:
     return vertices, faces
 
 
-def _stretches(occupied: Bools) -> Floats:
+def occupied_stretches(occupied: Bools) -> Floats:
     """Rows of (row, first column, column after the last) for every run of occupied cells."""
     padded = np.pad(occupied, ((0, 0), (1, 1))).astype(np.int8)
     change = np.diff(padded, axis=1)

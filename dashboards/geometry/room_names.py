@@ -79,8 +79,8 @@ def room_name_places(
 ) -> list[Point | None]:
     """For each room a point of its floor on which its name is clear of other labels, in metres; None for no name.
 
-    Of a room's spots the first is taken at which the whole name lies on the room's floor and no wall is before it;
-    else one at which its middle does; and none where every spot is covered.
+    Of a room's spots the first is taken at which the whole name is on the room's floor and no wall hides it; else one
+    at which its middle does; and none where every spot is covered.
 
     Args:
         names: one for each floor.

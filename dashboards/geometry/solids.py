@@ -55,7 +55,7 @@ class Batch:
 
     Attributes:
         centre: float32 (N, 3). size_m: float32 (N, 3). yaw_rad: float32 (N,).
-        colour: uint8 (N, 3). owner: int32 (N,), a container's index or NOBODY.
+        colour: uint8 (N, 3). owner: int32 (N,), a container's index or NO_OWNER.
     """
 
     shape: Shape

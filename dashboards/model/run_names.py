@@ -16,7 +16,7 @@ def run_names(runs: Sequence[Run]) -> list[str]:
     """One name for each run, in order.
 
     A name is the run's strategy. Where several runs share it, the first of estimator, seed, place, source (a replay)
-    and file that differ among them are added, until they are told apart; runs of the same file name get their number.
+    and file that differ among them are added, until all names differ; runs of the same file name get their number.
     Where more runs are shown than there are colours, all names begin with the run's number.
     """
     names = [run.info.strategy for run in runs]

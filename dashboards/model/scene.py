@@ -14,6 +14,7 @@ import numpy as np
 
 from dashboards.model.labels import humanize_ids
 from dashboards.model.paths.planned_path import rest_of_leg, stops_after
+from dashboards.model.perception.left_after_misses import left_after_misses
 from dashboards.model.plan_progress import PlannedStep, progress
 from dashboards.model.timeline import DecisionFrame, Timeline
 from workbench.arrays import Bools, Floats, Ints8, Ints32
@@ -47,6 +48,8 @@ class Scene:
         phase, doing: what the robot does, as a kind and in words; reason: why the decision was made, in words.
         focus: the item type whose belief is shown, or "" without beliefs.
         belief: for each container of the plan, its probability for the focus; NaN where there is none. float64 (n,).
+        left: for each container, the probability that the focus is there though looks, which may have missed it, did
+            not show it; NaN elsewhere. float64 (n,).
         top_belief: the largest probability of the focus in the whole run: the top of the colour scale.
         status: per container an index into STATUSES, int8 (n,).
         holds_focus: for each container, whether an instance of the focus was seen in it. bool (n,).
@@ -57,6 +60,7 @@ class Scene:
             ends there was only assumed, bool (m,). ahead: corners of the planned path, float64 (k, 2).
         steps: the plan with what is done, current and next.
         expected_cost: of the plan from its decision on; cost: so far.
+        searches: how many containers the run has looked into, those seen in passing not counted.
         outcome: how the run ended, in a word, why, and the charged cost; "" and None before its end.
     """
 
@@ -70,6 +74,7 @@ class Scene:
     robot: RobotState
     focus: str
     belief: Floats
+    left: Floats
     top_belief: float
     status: Ints8
     holds_focus: Bools
@@ -124,9 +129,10 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         robot=robot,
         focus=shown,
         belief=_belief(timeline, frame, shown, searched),
+        left=left_after_misses(timeline, shown, stamp),
         top_belief=timeline.top_belief.get(shown, 0.0),
         status=_status(timeline, searched),
-        holds_focus=_holds(timeline, searched, shown),
+        holds_focus=_holds(timeline, shown, stamp),
         unseen=_unseen(timeline, stamp),
         order=_order(timeline, frame),
         search_order=plan.search_order if plan is not None else (),
@@ -139,7 +145,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         solver=plan.solver if plan is not None else "",
         cost=float(np.interp(second, timeline.cost_s, timeline.cost)),
         travel_m=travel_m,
-        searches=int(np.count_nonzero(searched)),
+        searches=int(np.count_nonzero(searched & ~timeline.passed)),
         find_costs=frame.find_costs if frame is not None else None,
         alternatives=plan.alternatives if plan is not None else (),
         outcome=ended.status if ended is not None else "",
@@ -215,14 +221,9 @@ def _status(timeline: Timeline, searched: Bools) -> Ints8:
     return status
 
 
-def _holds(timeline: Timeline, searched: Bools, focus: str) -> Bools:
-    return np.array(
-        [
-            bool((searched[i] or timeline.known[i]) and any(s.type == focus for s in timeline.contents.get(c.id, ())))
-            for i, c in enumerate(timeline.plan.containers)
-        ],
-        dtype=np.bool_,
-    )
+def _holds(timeline: Timeline, focus: str, stamp: int) -> Bools:
+    shown_ns = timeline.shown_ns.get(focus)
+    return np.zeros(len(timeline.known), dtype=np.bool_) if shown_ns is None else shown_ns <= stamp
 
 
 def _unseen(timeline: Timeline, stamp: int) -> Bools:

@@ -61,12 +61,14 @@ class Timeline:
         decisions: in order of their stamps.
         way_s: seconds since start_ns at each corner of the way, float64 (M,), not decreasing.
         way_xy: the corners in metres on the map, float64 (M, 2); way_m: metres walked at each, float64 (M,).
-        facing_rad: the robot's heading while it stands at or leaves corner i, float64 (M,).
+        heading_rad: the robot's heading while it stands at or leaves corner i, float64 (M,).
         imputed: whether the segment that ends at corner i was assumed by a replay, not walked in a log, bool (M,).
         cost_s, cost: cost so far, piecewise linear, float64 (K,) each.
         searched_ns: for each container of the plan, when it was searched in this run, or NEVER.
+        passed: for each container, whether the run saw it in passing instead of searching it, bool (n,).
         known: for each container, whether its contents were known before the run began.
-        contents: the contents of each container as first seen.
+        contents: the contents of each container as first seen; where looks can miss, all that any of them showed.
+        shown_ns: for each item type and container, the first look that showed one there, or NEVER; int64 (n,).
         held: (stamp, item type or None), in order.
         phases: in order, without overlaps.
         top_belief: for each item type, the largest probability that it ever had in the run.
@@ -86,8 +88,10 @@ class Timeline:
     cost_s: Floats
     cost: Floats
     searched_ns: Ints
+    passed: Bools
     known: Bools
     contents: Mapping[str, tuple[SeenItem, ...]]
+    shown_ns: Mapping[str, Ints]
     held: tuple[tuple[int, str | None], ...]
     phases: tuple[Phase, ...]
     item_types: tuple[str, ...]
@@ -171,8 +175,10 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
         cost_s=cost_s,
         cost=cost,
         searched_ns=searched,
+        passed=_passed(run.observations, plan),
         known=known,
         contents=contents,
+        shown_ns=_shown(run.observations, plan, start_ns),
         held=_held(actions, start_ns),
         phases=phases_of(actions, [d.stamp_ns for d in decisions], start_ns, end_ns),
         item_types=tuple(types),
@@ -233,7 +239,9 @@ def _searches(
     known = np.zeros(len(index), dtype=np.bool_)
     contents: dict[str, tuple[SeenItem, ...]] = {}
     for seen in observations:
-        contents.setdefault(seen.container, seen.items)
+        before = contents.setdefault(seen.container, seen.items)
+        if seen.look is not None:
+            contents[seen.container] = tuple({item.id: item for item in (*before, *seen.items)}.values())
         i = index.get(ContainerId(seen.container))
         if i is None:
             continue
@@ -242,6 +250,25 @@ def _searches(
         else:
             searched[i] = min(searched[i], seen.stamp.ns)
     return searched, known, MappingProxyType(contents)
+
+
+def _passed(observations: Sequence[Observation], plan: FloorPlan) -> Bools:
+    passed = {seen.container for seen in observations if seen.passing is not None}
+    return np.array([c.id in passed for c in plan.containers], dtype=np.bool_)
+
+
+def _shown(observations: Sequence[Observation], plan: FloorPlan, start_ns: int) -> Mapping[str, Ints]:
+    index: dict[ContainerId, int] = {c.id: i for i, c in enumerate(plan.containers)}
+    shown: dict[str, Ints] = {}
+    for seen in observations:
+        i = index.get(ContainerId(seen.container))
+        if i is None:
+            continue
+        stamp_ns = start_ns if seen.known_at_start else seen.stamp.ns
+        for item in seen.items:
+            of_type = shown.setdefault(item.type, np.full(len(index), NEVER, dtype=np.int64))
+            of_type[i] = min(of_type[i], stamp_ns)
+    return MappingProxyType(shown)
 
 
 def _held(actions: Sequence[ActionFinished], start_ns: int) -> tuple[tuple[int, str | None], ...]:

@@ -29,7 +29,7 @@ def beliefs(scene: Scene, timeline: Timeline) -> Markup:
     plan = timeline.plan
     if not plan.containers:
         return Markup('<div class="lp"><p class="muted">This log has no containers.</p></div>')
-    believed = np.nan_to_num(scene.belief, nan=-1.0)
+    believed = np.nan_to_num(np.where(np.isnan(scene.belief), scene.left, scene.belief), nan=-1.0)
     ranked = sorted(range(len(believed)), key=lambda i: (-believed[i], plan.containers[i].id))
     legs = {stop.container: stop.leg_m for stop in scene.search_order}
     top = scene.top_belief or 1.0
@@ -44,8 +44,8 @@ def beliefs(scene: Scene, timeline: Timeline) -> Markup:
                 str(int(scene.order[i])) if scene.order[i] else "",
                 _link(i, container) + (" " + chip("goal", css(GOAL)) if container.id in goal else Markup("")),
                 name(rooms.get(container.room, ""), max_chars=MAX_ROOM_CHARS),
-                bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, i),
-                percent(p) if p == p else "",
+                bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, timeline, i),
+                percent(p) if p == p else _left(scene, i),
                 number(legs.get(container.id)),
             ]
         )
@@ -83,8 +83,16 @@ def _words(container: Container) -> Markup:
     )
 
 
-def _status(scene: Scene, i: int) -> str:
+def _left(scene: Scene, i: int) -> str:
+    """What is left of the belief where a look may have missed the item."""
+    left = float(scene.left[i])
+    return f"{percent(left)} left" if left == left else ""
+
+
+def _status(scene: Scene, timeline: Timeline, i: int) -> str:
     status = STATUSES[int(scene.status[i])]
     if scene.holds_focus[i]:
         return "✓ seen there"
+    if timeline.passed[i] and status == "searched":
+        return "× seen in passing"
     return {"searched": "× searched", "known": "known", "unreachable": "not reachable"}.get(status, "–")

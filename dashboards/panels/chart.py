@@ -35,7 +35,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Band:
-    """From a reading on, bounds between which a value lies: those of a counterfactual."""
+    """Bounds of a value from a reading on: those of a counterfactual."""
 
     name: str
     colour: str

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypedDict
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from dashboards.model.containers.unopened import unopened as never_opened
+from dashboards.model.perception.left_after_misses import can_miss
+from dashboards.model.perception.sight import field_of, seen_in_passing
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import FAILED, FOUND, GOAL, ITEM, KNOWN, PHASES, SEARCHED, css
+from dashboards.palette import FAILED, FOUND, GOAL, IN_SIGHT, ITEM, KNOWN, PHASES, SEARCHED, SIGHT, css
 from dashboards.panels.markup import chip, dot, html, name, number, percent, text
 from replayers.runs.gaps import gaps_of
 from workbench.belief_colours import belief_colours
@@ -94,13 +96,26 @@ def _failure_note(scene: Scene) -> Markup:
     return html('<p class="warn">Ended because: {}.{}</p>', name(scene.why_ended, max_chars=MAX_TASK_CHARS), cost)
 
 
-class RunLegend(TypedDict):
-    """Which signs of the legend runs shown together need at some moment."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunLegend:
+    """Which signs of the legend runs shown together need at some moment.
 
-    unopened: bool
-    ended: bool
-    assumed: bool
-    ghosts: bool
+    Attributes:
+        unopened: containers that no run opened are marked. ended: one is marked where a replay had to end.
+        assumed: parts of a path were assumed by a replay. ghosts: other runs are drawn, paler.
+        sight: how far the robot sees in passing is drawn. passed: something was seen so. missed: looks can miss.
+    """
+
+    unopened: bool = False
+    ended: bool = False
+    assumed: bool = False
+    ghosts: bool = False
+    sight: bool = False
+    passed: bool = False
+    missed: bool = False
+
+
+NO_SIGNS = RunLegend()
 
 
 def run_signs(timelines: Sequence[Timeline]) -> RunLegend:
@@ -109,25 +124,19 @@ def run_signs(timelines: Sequence[Timeline]) -> RunLegend:
         ended=any(t.ends_unseen for t in timelines),
         assumed=any(bool(t.imputed.any()) for t in timelines),
         ghosts=len(timelines) > 1,
+        sight=any(field_of(t) is not None for t in timelines[:1]),
+        passed=any(bool(seen_in_passing(t, t.end_ns)) for t in timelines[:1]),
+        missed=any(can_miss(t) for t in timelines[:1]),
     )
 
 
-def legend(
-    scene: Scene,
-    *,
-    unopened: bool = False,
-    ended: bool = False,
-    items: bool = False,
-    assumed: bool = False,
-    ghosts: bool = False,
-) -> Markup:
+def legend(scene: Scene, signs: RunLegend = NO_SIGNS, *, items: bool = False) -> Markup:
     """What the colours and marks of runs mean, with the scale's ends. The same at every moment, so that the layout is
     stable.
 
     Args:
-        unopened: containers that no run opened are marked. ended: one is marked where a replay had to end.
+        signs: of the runs shown together.
         items: the items that were seen are marked, and the places of the goal framed.
-        assumed: parts of a path were assumed by a replay. ghosts: other runs are drawn, paler.
     """
     stops = Markup(", ").join(css(belief_colours(i / 8)) for i in range(9))
     of = html("belief in {}", readable_name(scene.focus)) if scene.focus else "no beliefs"
@@ -142,17 +151,37 @@ def legend(
         dot(FOUND),
         dot(KNOWN),
     )
+    marks += Markup("<span>× under a bar: perhaps missed, what is left</span>") if signs.missed else ""
     marks += _line("whole", "walked") + _line("dashed", "planned")
-    marks += _line("short", "assumed by a replay") if assumed else ""
-    marks += Markup("<span>paler robot: another run</span>") if ghosts else ""
-    marks += Markup("<span>? nobody opened it</span>") if unopened else ""
-    marks += Markup("<span>◆ here a replay had to end</span>") if ended else ""
+    marks += _line("short", "assumed by a replay") if signs.assumed else ""
+    marks += _sight() if signs.sight else ""
+    marks += _seen_in_passing() if signs.passed else ""
+    marks += Markup("<span>paler robot: another run</span>") if signs.ghosts else ""
+    marks += Markup("<span>? nobody opened it</span>") if signs.unopened else ""
+    marks += Markup("<span>◆ here a replay had to end</span>") if signs.ended else ""
     marks += Markup("<span>1, 2, 3 order of search</span>") if scene.decisions else ""
     marks += html("<span>{}item seen</span><span>{}the goal's</span>", dot(ITEM), dot(GOAL)) if items else ""
     frame = html('<span><span class="frame" style="border-color:{}"></span>place of the goal</span>', css(GOAL))
     marks += frame if items else ""
     colours = html("{}: {}", of, scale) if scene.focus else of
     return html('<div class="lp legend"><span>{}</span>{}</div>', colours, marks)
+
+
+def _sight() -> Markup:
+    return html(
+        '<span><span class="sight" style="border-color:{};background:{}"></span>sees so far</span>',
+        css(SIGHT),
+        css(IN_SIGHT),
+    )
+
+
+def _seen_in_passing() -> Markup:
+    """An eye and a dotted line, as from a viewpoint to what was seen from there."""
+    return html(
+        '<span><svg class="key" width="40" height="10"><path class="eye" d="M1 5 Q7 -2 13 5 Q7 12 1 5Z"/>'
+        '<circle class="pupil" cx="7" cy="5" r="2"/><line class="eye" x1="16" x2="40" y1="5" y2="5" '
+        'stroke-dasharray="2.5 3"/></svg>seen in passing</span>'
+    )
 
 
 def _line(kind: str, words: str) -> Markup:

@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 
 from dashboards.geometry.furniture import MIN_DRAWN_M
-from dashboards.model.containers.container_style import belief_fractionsplit, container_colours
+from dashboards.model.containers.container_style import belief_fractions, container_colours
 from dashboards.model.labels import place_words
 from dashboards.model.scene import STATUSES, Scene, scene_at
 from dashboards.model.timeline import NEVER, Timeline
@@ -25,7 +25,7 @@ def log_containers(recording: rr.RecordingStream, timeline: Timeline) -> None:
     stamps = moments(timeline)
     scenes = [scene_at(timeline, stamp) for stamp in stamps]
     colours = [container_colours(scene) for scene in scenes]
-    shares = [belief_fractionsplit(scene) for scene in scenes]
+    shares = [belief_fractions(scene) for scene in scenes]
     for i, container in enumerate(timeline.plan.containers):
         path = rr.new_entity_path(["containers", container.id])
         recording.log(path, _box(container), static=True)

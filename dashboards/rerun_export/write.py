@@ -41,7 +41,7 @@ def write_rrd(timeline: Timeline, notes: Sequence[Note], output: Path, *, force:
         raise OutputExists(output)
     output.parent.mkdir(parents=True, exist_ok=True)
     with atomic(output) as draft:
-        draft.touch()  # a folder without rights is told by an OSError, not by one of Rerun's
+        draft.touch()  # a folder without write permission raises OSError here, instead of one of Rerun's errors
         recording = rr.RecordingStream(APPLICATION, recording_id=timeline.run.info.run_id)
         recording.save(draft, default_blueprint=_blueprint(timeline))
         recording.send_recording_name(f"{timeline.run.path.stem}: {timeline.task_words}")

@@ -20,7 +20,7 @@ NUMBERS = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<f4", 8
 DEPTH_U16, RAW = 5, 2
 """bosdyn.api.Image: PIXEL_FORMAT_DEPTH_U16 and FORMAT_RAW."""
 NO_DEPTH = (0, 65535)
-"""Pixels of a depth picture that hold no depth: nothing measured, and farther than the camera can tell."""
+"""Pixels of a depth picture without a depth: nothing measured, or beyond the camera's range."""
 NOTHING: Floats32 = np.zeros((0, 3), dtype=np.float32)
 
 

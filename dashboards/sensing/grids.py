@@ -12,7 +12,7 @@ from dashboards.sensing.frames import Frames, matrix
 from workbench.arrays import Bools, Floats, Floats32, Uints32
 
 HEIGHT_M = 0.03
-NEGLIGIBLE_DETOUR_M = 0.3
+NEAR_M = 0.3
 """Closer to an obstacle than this counts as near."""
 BLOCKED, NEAR = (178, 60, 40), (226, 170, 120)
 OCCUPIED_SHARE = 50
@@ -51,7 +51,7 @@ def grid_cells(message: Any, frames: Frames, stamp_ns: int) -> GridCells | None:
         return None
     distance = "distance" in message.fields[0].name
     blocked = values <= 0 if distance else values >= OCCUPIED_SHARE
-    shown = values < NEGLIGIBLE_DETOUR_M if distance else blocked
+    shown = values < NEAR_M if distance else blocked
     rows, columns = np.nonzero(shown & np.isfinite(values))
     if not len(rows):
         return None

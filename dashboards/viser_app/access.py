@@ -78,7 +78,7 @@ class TokenGiven:
 
     Attributes:
         query: of the address to go on to, without the token.
-        cookie: the name of the cookie to set: browsers do not tell the ports of one machine apart, so that it names
+        cookie: the name of the cookie to set: browsers do not distinguish the ports of one machine, so it contains
             the port under which the browser knows the dashboard.
     """
 

@@ -1,4 +1,4 @@
-"""Brings what the ghosts' process reports into the library, and tells the views.
+"""Passes the reports of the ghosts' process to the library and the views.
 
 The ghosts' recordings are logs like any other; the library awaits them until the first round has written them.
 """

@@ -29,6 +29,7 @@ from dashboards.palette import run_colour
 from dashboards.sensing.robot_sensors import RobotSensors
 from dashboards.viser_app.cameras import behind, close_to, view_of
 from dashboards.viser_app.drawing.sensor_layers import SensorLayers
+from dashboards.viser_app.drawing.sight_layer import SightLayer
 from dashboards.viser_app.drawing.stage import Stage
 from dashboards.viser_app.fitted_camera import FittedCamera
 from dashboards.viser_app.view_errors import ViewErrors
@@ -54,6 +55,7 @@ class Session:
         self.stage = Stage(client)
         self.camera = FittedCamera(client, self._shape)
         self.sensors = SensorLayers(client, self._show_again)
+        self.sight = SightLayer(client.scene)
         self.robot_sensors: RobotSensors | None = None
         self.unopened: Bools = np.zeros(0, dtype=np.bool_)
         """Containers of the place that none of the runs opened."""
@@ -260,6 +262,7 @@ class Session:
         elsewhere = not before or plan != before[0].plan or timelines[0].run.task != before[0].run.task
         if elsewhere:
             self.stage.show_house(timelines[0].run.place, timelines[0].run.task, self.library.shape(plan))
+            self.sight.open(self.library.shape(plan).tops_m)
             self._walls = ""
         self.stage.set_runs(
             [run_colour(i) for i in range(len(timelines))],
@@ -353,6 +356,7 @@ class Session:
         with self.client.atomic():  # one message: the browser draws the moment once, not part by part
             self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
             self.stage.show_items(self._items(scenes[0]))
+            self.sight.show(self.clock.timelines[0], scenes[0], visible=state.sight)
             self.sensors.show(
                 scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
             )

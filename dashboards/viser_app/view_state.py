@@ -25,7 +25,7 @@ class ViewState:
     """Shows the true contents of that container, where the log holds them."""
     walls: str = "cut"
     theme: str = ""
-    """Light or dark; "" follows the system's preference, as the page told it."""
+    """Light or dark; "" follows the system's preference, as the page reports it."""
     system_theme: str = "light"
     playing: bool = False
     speed: float = 1.0
@@ -41,6 +41,8 @@ class ViewState:
     """Marks the items that were seen."""
     item_names: bool = False
     """Names all of them; otherwise only those of the goal and of the opened container."""
+    sight: bool = True
+    """Draws how far the robot sees in passing, and what it saw so."""
     occupancy: bool = False
     pictures: bool = True
     points: bool = True

@@ -52,7 +52,7 @@ class LiveServer:
     Args:
         name: what viewers show as the source.
         playback_ns: first and last time of a log that is played; None for live data.
-        on_control: asked when a viewer plays, pauses, seeks or changes the speed; in a thread of the SDK.
+        on_control: called when a viewer plays, pauses, seeks or changes the speed; in a thread of the SDK.
         on_subscribe: called when a viewer subscribes to a topic; in a thread of the SDK.
 
     Raises:

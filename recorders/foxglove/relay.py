@@ -2,7 +2,7 @@
 
 The SDK answers every web page that a browser shows, and knows the protocol by its new name alone: foxglove-sdk 0.30.3
 refuses `foxglove.websocket.v1` with HTTP 400, for which npm's @foxglove/ws-protocol 0.8.0 asks, and Lichtblick before
-its pull request 819 of December 2025; what is said afterwards is the same. The relay takes both names, checks Host
+its pull request 819 of December 2025; the rest of the protocol is the same. The relay takes both names, checks Host
 and Origin, and is alone in trusting the certificate of the SDK's server, which no browser trusts.
 """
 
@@ -37,8 +37,8 @@ PLAYBACK_STATE = 5
 MAX_REQUEST_BYTES = 1 << 20
 START_S = 10.0
 CLOSE_S = 0.5
-"""How long the end of a connection waits for the other side's word: frames that nobody reads any more stand before
-it, and it would wait in vain."""
+"""Seconds that closing a connection waits for the other side: its reply may queue behind frames that are no longer
+read."""
 
 
 class CannotServe(InputError):

@@ -105,7 +105,8 @@ def scene(
 
 
 def belief_colour(probability: float) -> Color:
-    """The colour of the belief scale at the square root of a probability: 0.01 is told from 0 at once.
+    """The colour of the belief scale at the square root of a probability: 0.01 can be distinguished from 0 at a
+    glance.
 
     The root, and not the share of the run's largest probability as in the dashboard: a live channel cannot know it.
     """

@@ -59,7 +59,7 @@ class StrategyComparison:
 
     Attributes:
         wins, loses, equal, undecided: logs on which a wins in every consistent world, and so on.
-        least, most: the mean difference over the logs lies between, whatever the worlds are.
+        least, most: bounds of the mean difference over the logs, in every consistent world.
         drawn, true: mean paired differences with intervals that draw houses, or the logs of the only one, widened
             (workbench/evaluation/statistics.py); None where no log has them.
         chance: mean share of drawn worlds in which a is cheaper.
@@ -153,7 +153,7 @@ class RunInSeveralLogs:
 
 
 def runs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...], tuple[RunInSeveralLogs, ...]]:
-    """Replays in which no run counts twice, and what was done about those that would.
+    """Replays in which no run counts twice, and how duplicates were resolved.
 
     A part of a split log holds but a part of what the run showed: replays of parts contradict each other, and their
     number is no number of runs. Copies (compressed, filtered) that say the same count once.

@@ -124,12 +124,13 @@ class LogReplayer:
 
     def load(self, name: str) -> None:
         """Runs a strategy over the log alone to load its code, so that forked processes have it."""
-        with suppress(LiosError):  # it will be told where the strategy is replayed
+        with suppress(LiosError):  # reported when the strategy is replayed
             if isinstance(self.prepared, PreparedLog) and not self._wanted.is_foreign(name):
                 over_log_alone(self.prepared, strategy(name, origin=self._wanted.origin))
 
     def _may_have_changed(self, name: str) -> bool:
-        """Whether the strategy or the estimator is code or a file from outside, which no key tells apart."""
+        """Whether the strategy or the estimator is third-party code or a file, whose versions no key
+        distinguishes."""
         believer = self._wanted.settings.estimator
         if believer == "log":
             changes = self.run.info.estimator.partition("@")[0] in installed_names(ESTIMATOR)

@@ -14,7 +14,7 @@ from workbench.planning.strategies import canonical_name, solver_in
 from workbench.plugins import NameOrigin, NotFromLog, quoted
 
 NO_PLANNER = ("recorded", "operator")
-"""Strategies of logs in which a person, or a planner that is not told, drove the robot."""
+"""Strategies of logs in which a person or an unnamed planner drove the robot."""
 
 
 class UnknownRecordedStrategy(NotFound):

@@ -12,7 +12,7 @@ from workbench.errors import LiosError
 from workbench.log_schema.run_info import INFO_METADATA
 
 MAX_NAMED = 20
-"""Parts that a message names; of more, their folder and a pattern would be told apart by no one."""
+"""Maximum number of parts that a message lists by name."""
 
 
 def parts_of_one_run(logs: Iterable[Path]) -> dict[Path, tuple[Path, ...]]:

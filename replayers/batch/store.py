@@ -64,7 +64,8 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
             run's were asked for.
         seconds, seconds_rms, durations: predicted duration of the run over the log alone; for a robot's log by its
             own speeds, with the root mean square error that their residuals leave.
-        steady_beliefs: what else lies in an open container cannot move the beliefs (docs/replay.md, Whose beliefs).
+        steady_beliefs: the other contents of an open container cannot change the beliefs (docs/replay.md, Whose
+            beliefs).
         groups: what is known of the cost in each group of worlds; all groups together are every consistent world.
         if_beliefs_stand: bounds that hold as if open containers held nothing but the task's types; None where the
             bounds hold without that.

@@ -133,20 +133,20 @@ class _TreeWriter:
             charged = spent if segment.done else self.failure
             self.reached.append(_Reached(least=charged, most=charged, world=world))
             return ClaimedNode(steps=steps, end=ClaimedEnd(done=segment.done, charged=charged))
-        question = segment.question
-        assert question is not None, "a segment ends or asks"
+        unobserved = segment.unobserved
+        assert unobserved is not None, "a segment ends or asks"
         cost = self.tree.evidence.costs.search
         spent += cost
         answers = [
             ClaimedAnswer(
-                items=tuple(ClaimedItem(id=i.id, type=i.type) for i in imputed_items(answer, question.container)),
-                then=self.node(self.tree.child(node, answer), spent, {**world, question.container: answer}),
+                items=tuple(ClaimedItem(id=i.id, type=i.type) for i in imputed_items(answer, unobserved.container)),
+                then=self.node(self.tree.child(node, answer), spent, {**world, unobserved.container: answer}),
             )
-            for answer in question.options
+            for answer in unobserved.options
         ]
-        others = self._outer(spent, "more answers than are listed") if question.others else None
+        others = self._outer(spent, "more answers than are listed") if unobserved.others else None
         look = ClaimedLook(
-            container=question.container, live=question.live, cost=cost, answers=tuple(answers), others=others
+            container=unobserved.container, live=unobserved.live, cost=cost, answers=tuple(answers), others=others
         )
         return ClaimedNode(steps=steps, look=look)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -66,6 +67,8 @@ def compare(
     claims = [parse_claim(text) for text in fail_if or ()]
     if junit is not None and not claims:
         raise BadValue("--junit", str(junit), "given together with --fail-if")
+    if frames:
+        import_module("replayers.tables.arrow")  # refuses where Parquet cannot be written
     skipped: list[MalformedFile] = []
     found = list(replays_in(folder, on_skipped=skipped.append))
     records, several = runs_once(fewest_misses(found))

@@ -86,7 +86,7 @@ class Evidence:
         known: containers whose contents the robot knew before it started.
         contents: every container whose contents are certain (the known ones too), as at the start of the run.
         partly: of others, the items that certainly stood there at the start: the robot picked them up where no look
-            counts. What else lies there is open.
+            counts. The other contents are open.
         refused_searches: containers that could not be searched, with the reason; they refuse again.
         refused_moves: locations to which every recorded move was refused; they refuse again.
         refused_picks: items of which every recorded pick was refused; they refuse again.
@@ -95,8 +95,8 @@ class Evidence:
         first_belief: per (item type, container), the first probability that the log holds.
         static_beliefs: whether no later belief of the log differs from the first one about the same pair.
         imputed: containers whose contents nobody saw: the log is of a replay in an imagined world.
-        rounded: the log is of a release that rounded beliefs (vocabulary.ROUNDED_BEFORE): they are not quite what the
-            robot believed.
+        rounded: the log is of a release that rounded beliefs (events.ROUNDED_BEFORE): they differ slightly from what
+            the robot believed.
         misses: how many items the recorded looks may have overlooked, at most.
         perception: how surely a look of the run showed what was there, as the robot believed it.
         looks: what each look of the run showed, by container, in order.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import final
 
-from replayers.counterfactual.bounds.search_cache import Remembered, RememberedPricing, SearchCache
+from replayers.counterfactual.bounds.search_cache import CachedPolicy, CachedPricing, SearchCache
 from workbench.planning.composed import Composed
 from workbench.planning.rollouts.scout import Scout
 from workbench.planning.solvers.protocol import BuiltIn
@@ -38,23 +38,23 @@ class FirstStopPolicy:
         return (SearchStop(container=first, probability=0.0, reached=1.0, leg_m=leg),)
 
 
-def fast_strategy(planner: Strategy, memory: SearchCache | None = None) -> Strategy:
+def fast_strategy(planner: Strategy, cache: SearchCache | None = None) -> Strategy:
     """The same strategy without explanations; a strategy that is not made of built-in parts is returned as it is.
 
     Args:
-        memory: cache of the searches over one log; strategies may share it.
+        cache: the searches over one log; strategies may share it.
     """
-    memory = memory if memory is not None else SearchCache()
+    cache = cache if cache is not None else SearchCache()
     if isinstance(planner, Composed):
-        return _quiet(planner, memory)
+        return _quiet(planner, cache)
     if isinstance(planner, Scout):
-        return replace(planner, base=_quiet(planner.base, memory), cooking=_quiet(planner.cooking, memory))
+        return replace(planner, base=_quiet(planner.base, cache), cooking=_quiet(planner.cooking, cache))
     return planner
 
 
-def _quiet(planner: Composed, memory: SearchCache) -> Composed:
+def _quiet(planner: Composed, cache: SearchCache) -> Composed:
     solver = replace(planner.solver, explain=False) if isinstance(planner.solver, BuiltIn) else planner.solver
-    pricing = RememberedPricing(planner.pricing, memory)
+    pricing = CachedPricing(planner.pricing, cache)
     return replace(
-        planner, solver=solver, pricing=pricing, policy=FirstStopPolicy(Remembered(planner.policy, memory))
+        planner, solver=solver, pricing=pricing, policy=FirstStopPolicy(CachedPolicy(planner.policy, cache))
     )

@@ -72,8 +72,8 @@ class RecordedBeliefs:
         return self._otherwise.name
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-        """The next one if it is about the same containers and types; the first one otherwise. Who asks again about
-        the very same knowledge, as a warm-up does, is told the same."""
+        """The next one if it is about the same containers and types; the first one otherwise. A repeated request for
+        the same knowledge, as by a warm-up, gets the same belief."""
         if self._last is not None and self._last[0] is knowledge and self._last[1] == item_types:
             return self._last[2]
         made = self._next(knowledge, item_types)
@@ -129,11 +129,11 @@ class EstimatorChoice:
 
     Attributes:
         estimator: what is asked.
-        static_beliefs: it uses names alone; otherwise it learns from all that is seen, and what else lies in an
-            open container would move it.
+        static_beliefs: it uses names alone; otherwise all observations change it, and so would the other contents of
+            an open container.
         rounded: it answers with beliefs that the log rounded; decisions by them may have been others.
-        hypothetical: somebody asked for these beliefs, whatever the run's were; the recorded strategy need not do
-            with them what it did.
+        hypothetical: a user chose this estimator instead of the run's; with it the recorded strategy need not do what
+            it did.
         note: where it is not who believed in the run.
     """
 

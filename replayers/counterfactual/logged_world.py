@@ -1,4 +1,4 @@
-"""A World that answers from a recorded log: what the log holds, and Unseen for the rest.
+"""A World that answers from a recorded log: what the log holds, and NotInLog for the rest.
 
 The third World beside the simulation and the robot. Contents are as at the start of the run, map and travel costs
 as logged, what was refused is refused again, and every other action succeeds. With a `filling` it is a world that
@@ -26,7 +26,7 @@ from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInL
 
 Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
 """What a container holds beyond the log, given what the robot knows when it looks: everything in an open one, and
-what was overlooked in another; None when it cannot be told."""
+what was overlooked in another; None when it is unknown."""
 
 
 def unknown_contents(container: ContainerId, knowledge: Knowledge) -> None:
@@ -49,7 +49,7 @@ class LoggedWorld:
     Where the robot sees in passing, what comes into view on a move is answered like a look.
 
     Attributes:
-        unfinished: the move on which something came into view of which nobody can tell what it shows; None if none.
+        unfinished: the move on which a container of unknown contents came into view; None if there is none.
 
     Args:
         log: a run as read, or its evidence.
@@ -59,7 +59,7 @@ class LoggedWorld:
         paths: what finds those ways, where several worlds of one log share it.
         knowledge: state from which to continue a run; the start by default.
         as_recorded: each look shows what the run's own looks showed, one after the other, misses and all; beyond
-            them, nothing can be told. For replaying the recorded strategy.
+            them, everything is unknown. For replaying the recorded strategy.
     """
 
     def __init__(
@@ -195,7 +195,8 @@ class LoggedWorld:
         return LookResult(start_ns=start, end_ns=self._now_ns, container=container, items=there, support=support)
 
     def _contents(self, container: ContainerId, knowledge: Knowledge) -> tuple[tuple[Item, ...], str] | None:
-        """What a container shows at a look or in passing, and what that rests on; None where nobody can tell."""
+        """The contents that a container shows at a look or in passing, and their support; None where they are
+        unknown."""
         inside = self.evidence.contents.get(container)
         support = IMPUTED if inside is None else LOGGED
         doubted = container in self.evidence.doubtful and self.evidence.misses_left(knowledge)

@@ -109,7 +109,7 @@ class PreparedLog:
             beliefs than the run's were asked for.
         place_sha256: the plan and its travel costs, hashed.
         draws: names the drawn worlds; only replays with the same draws are paired.
-        memory: what strategies over this log have asked for.
+        search_cache: the searches that strategies over this log have requested.
         searched: finished searches of the worlds, by what the strategies that share them have in common.
         paths: the ways between locations, each found once.
     """
@@ -130,7 +130,7 @@ class PreparedLog:
     reproduction: Reproduction = field(default_factory=lambda: Reproduction(same=None))
     claims: bool = True
     notes: tuple[str, ...] = ()
-    memory: SearchCache = field(default_factory=SearchCache, compare=False)
+    search_cache: SearchCache = field(default_factory=SearchCache, compare=False)
     searched: Cache[Hashable, WorldSearch] = field(
         default_factory=lambda: Cache(MAX_SHARED_SEARCHES), compare=False, repr=False
     )

@@ -68,7 +68,7 @@ class Replay:
             the strategy that drove the run does not do here what was recorded (reproduction.py).
         reason, unseen: of that end.
         bounds: over all worlds that agree with the log; None where the strategy broke or the recorded one was not
-            reproduced: nobody can tell what it would have cost.
+            reproduced: its cost is then unknown.
         estimate: over drawn worlds; None if not asked for.
         support: steps of the run over the log alone, by what they rest on.
         seconds: predicted duration of the run over the log alone, by the log's own speeds.
@@ -120,7 +120,7 @@ class Replay:
 def replay(
     run: Run, strategy_name: str, settings: ReplaySettings | None = None, *, origin: NameOrigin = NameOrigin.LOG
 ) -> Replay:
-    """Replays one strategy over one run. For many over one log, prepare it once: ground_of, replay_on."""
+    """Replays one strategy over one run. For many over one log, prepare it once: prepare_log, replay_on."""
     return replay_on(prepare_log(run, settings or ReplaySettings()), strategy_name, origin=origin)
 
 
@@ -156,7 +156,7 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
     evidence = prepared.evidence
     alone = over_log_alone(prepared, planner)
     ended = _undetermined_if_contradicted(_ended(alone), prepared)
-    first = _first_question(prepared, planner) or ended
+    first = _first_unobserved_look(prepared, planner) or ended
     found = _world_search(prepared, planner, first)
     tree, bounds, drawn = found.tree, found.bounds, found.drawn
     true = _ended(in_truth(prepared, planner)) if prepared.truth is not None and not tree.guesses else None
@@ -187,11 +187,11 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
 
 
 def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
-    """The strategy's runs over the log, to be unfolded."""
+    """The tree of the strategy's runs over the log."""
     evidence, built_in = prepared.evidence, canonical_name(planner.name)
     return RunTree(
         evidence,
-        fast_strategy(planner, prepared.memory),
+        fast_strategy(planner, prepared.search_cache),
         prepared.estimator_of(planner),
         relevance_of(evidence, planner.relevant_types(evidence.task), prepared.settings.assumptions),
         TreeOptions(
@@ -217,7 +217,7 @@ def _world_search(prepared: PreparedLog, planner: Strategy, first: RunEnded) -> 
         tree = run_tree_of(prepared, planner)
         budget = prepared.settings.budget.of(plans_shortest=tree.traits.plans_shortest)
         by_names = prepared.static_beliefs and prepared.exact_beliefs
-        return search_worlds(tree, prepared.worlds, budget, prepared.memory, by_names=by_names)
+        return search_worlds(tree, prepared.worlds, budget, prepared.search_cache, by_names=by_names)
 
     kind = decision_kind(planner, prepared.evidence.task.goal)
     if kind is None or is_from_outside(planner):
@@ -255,7 +255,7 @@ def _events_in_worlds(
 def over_log_alone(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     """The run over what the log holds and nothing else; it ends undetermined at the first unopened container.
 
-    Looks are taken at their word: where they may have missed, that is in the bounds.
+    Looks are believed; that they may have missed something is in the bounds.
     """
     literal = replace(prepared.evidence, misses=0)
     return _run(prepared, planner, LoggedWorld(literal, durations=prepared.durations, paths=prepared.paths))
@@ -302,7 +302,7 @@ def _ended(events: tuple[Event, ...]) -> RunEnded:
     return ended
 
 
-def _first_question(prepared: PreparedLog, planner: Strategy) -> RunEnded | None:
+def _first_unobserved_look(prepared: PreparedLog, planner: Strategy) -> RunEnded | None:
     """Where looks may have missed, how a run ends that stops at the first such look."""
     if not prepared.evidence.misses:
         return None
@@ -381,8 +381,8 @@ def _without_bounds(made: Replay, why: str) -> Replay:
 def _begins_as(tree: RunTree, alone: RunEnded) -> bool:
     """Whether a tree's run goes, up to the first open container, where another run over the log went."""
     again = tree.advance(tree.root)
-    unseen = again.question.container if again.question else None
-    look = tree.evidence.costs.search if again.question and again.question.walk is None else 0.0
+    unseen = again.unobserved.container if again.unobserved else None
+    look = tree.evidence.costs.search if again.unobserved and again.unobserved.walk is None else 0.0
     return unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR_COST
 
 

@@ -72,7 +72,7 @@ class Segment:
     Attributes:
         cost: its cost, including the unobserved look.
         steps, picks: how many actions and picks it takes.
-        question: the look at which it stops; None at the end of the run.
+        unobserved: the look at which it stops; None at the end of the run.
         ended: how the run ended; None at an unobserved look.
         depends_on_beliefs: whether some decision in it depended on beliefs.
     """
@@ -80,7 +80,7 @@ class Segment:
     cost: float
     steps: int
     picks: int
-    question: UnobservedLook | None
+    unobserved: UnobservedLook | None
     ended: RunEnded | None
     depends_on_beliefs: bool = True
 

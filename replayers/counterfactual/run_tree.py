@@ -47,7 +47,7 @@ class TreeOptions:
         max_steps: actions after which a run ends.
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
-        static_beliefs: the estimator uses names alone; otherwise all that was found tells histories apart.
+        static_beliefs: the estimator uses names alone; otherwise all that was found distinguishes histories.
         exact_beliefs: the estimator answers what the robot believed; with rounded beliefs (logged_belief.ROUNDED)
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
@@ -130,11 +130,11 @@ class RunTree:
         while True:
             segment = self.advance(node)
             cost += segment.cost
-            question = segment.question
-            if question is None:
+            unobserved = segment.unobserved
+            if unobserved is None:
                 return self._leaf(segment, cost, tuple(filled))
-            answer = choose(question)
-            filled.append(Assignment(container=question.container, live=question.live, answer=answer))
+            answer = choose(unobserved)
+            filled.append(Assignment(container=unobserved.container, live=unobserved.live, answer=answer))
             node = self.child(node, answer)
 
     def certain(self, node: Node) -> bool:
@@ -164,16 +164,16 @@ class RunTree:
 
     def _after(self, node: Node, answer: Answer) -> Node:
         segment = self.advance(node)
-        assert segment.question is not None, "an end has no answers"
-        container = segment.question.container
-        before = segment.question.knowledge
+        assert segment.unobserved is not None, "an end has no answers"
+        container = segment.unobserved.container
+        before = segment.unobserved.knowledge
         put = before.items_at.get(LocationId(container), ())
         inside = (*self.evidence.shown_in(container), *self._imputed(answer, container))
         knowledge = before.seen(container, (*inside, *put))
         steps, picks = node.steps + segment.steps, node.picks + segment.picks
         self.max_picks = max(self.max_picks, picks)
         cost = node.cost + segment.cost
-        walk = segment.question.walk
+        walk = segment.unobserved.walk
         if walk is not None:
             walk = replace(
                 walk,
@@ -192,7 +192,7 @@ class RunTree:
         if node.walk is not None:
             world, unknown, walked = self._walked(node, node.walk)
             if unknown is not None:
-                return Segment(cost=0.0, steps=0, picks=0, question=unknown, ended=None, depends_on_beliefs=False)
+                return Segment(cost=0.0, steps=0, picks=0, unobserved=unknown, ended=None, depends_on_beliefs=False)
             steps = 1
         ended: RunEnded | None = None
         for event in self._events(world, begin_with=world.knowledge, steps_left=self.max_steps - node.steps - steps):
@@ -207,13 +207,17 @@ class RunTree:
         self.max_picks = max(self.max_picks, node.picks + picks)
         if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
             cost = walked + ended.own_cost
-            return Segment(cost=cost, steps=steps, picks=picks, question=None, ended=ended, depends_on_beliefs=leans)
+            return Segment(
+                cost=cost, steps=steps, picks=picks, unobserved=None, ended=ended, depends_on_beliefs=leans
+            )
         move = world.unfinished
         walk = None if move is None else UnfinishedWalk(before=world.knowledge, move=move)
-        question = self._question(ended.unseen, world.knowledge, walk)
+        unobserved = self._unobserved_look(ended.unseen, world.knowledge, walk)
         cost = walked + ended.own_cost + (self.evidence.costs.search if walk is None else 0.0)
         steps += walk is None
-        return Segment(cost=cost, steps=steps, picks=picks, question=question, ended=None, depends_on_beliefs=leans)
+        return Segment(
+            cost=cost, steps=steps, picks=picks, unobserved=unobserved, ended=None, depends_on_beliefs=leans
+        )
 
     def _walked(self, node: Node, walk: UnfinishedWalk) -> tuple[LoggedWorld, UnobservedLook | None, float]:
         """The world after the move that a node is on, what else comes into view on it, and its metres."""
@@ -225,7 +229,7 @@ class RunTree:
         )
         answer = world.go_to(walk.move.target, seeking=walk.move.seeking)
         if isinstance(answer, NotInLog):
-            return world, self._question(answer.container, node.knowledge, walk), 0.0
+            return world, self._unobserved_look(answer.container, node.knowledge, walk), 0.0
         assert isinstance(answer, ActionDone), "the move was begun before"
         return world, None, answer.travel_m
 
@@ -253,7 +257,9 @@ class RunTree:
         )
         return with_beliefs(events)
 
-    def _question(self, container: ContainerId, knowledge: Knowledge, walk: UnfinishedWalk | None) -> UnobservedLook:
+    def _unobserved_look(
+        self, container: ContainerId, knowledge: Knowledge, walk: UnfinishedWalk | None
+    ) -> UnobservedLook:
         self.asked[container] = None
         live = self.relevance.live(knowledge)
         if self.evidence.misses:

@@ -42,6 +42,6 @@ def failure_in_worlds(tree: RunTree) -> WorldFailure | None:
         met.add(id(node))
         if segment.ended is not None and segment.ended.status is RunStatus.PLANNER_FAILED:
             return WorldFailure(segment.ended.reason, looked_into)
-        if segment.question is not None:
-            waiting += [(child, segment.question.container) for child in node.children.values()]
+        if segment.unobserved is not None:
+            waiting += [(child, segment.unobserved.container) for child in node.children.values()]
     return None

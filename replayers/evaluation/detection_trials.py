@@ -19,9 +19,9 @@ import numpy as np
 
 from replayers.log_tools.notes import note_from
 from replayers.mcap_io.messages import Message
+from replayers.mcap_io.poses import poses_in
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import Run
-from replayers.tables.frames import poses_in
 from workbench.arrays import Floats
 from workbench.log_schema.codec import UndecodableMessage
 from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction, item_said_there, made_up_id
@@ -154,7 +154,7 @@ def _same_item(known: Mapping[tuple[str, str], tuple[str, float]], correction: C
 def _shown_by_word(run: Run, found: Sequence[_Detection]) -> Mapping[tuple[int, str], bool | None]:
     """By the stamp of a look and an item that the operator said was there: whether the detector saw it as well.
 
-    None where nobody can tell: the log does not say when the look began, or the robot was not asked for tags in it.
+    None where that is unknown: the log does not say when the look began, or the robot was not asked for tags in it.
     """
     notes = [note_from(m) for m in messages(run.path, topics=NOTE_TOPIC.__eq__) if _is_event(m)]
     said = [(note.start_ns, item) for note in notes if (item := item_said_there(note.text)) is not None]

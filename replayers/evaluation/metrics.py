@@ -17,8 +17,7 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
 
     Calibration is over the replays that are not exact (an exact one covers by itself), and has two sides:
 
-    - interval_coverage_closed: how often the truth lies in the printed interval, ends included. Costs are discrete,
-    so
+    - interval_coverage_closed: how often the truth is in the printed interval, ends included. Costs are discrete, so
       that an interval which contains at least 90 % of the sampled worlds mostly contains more: the figure should
       equal interval_mass, the mean share that these intervals contain.
     - the probability integral transform, which discreteness does not bias

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import inf, pi
 
 from replayers.evaluation.detection_trials import DetectionTrial
+from workbench.evaluation.distributions import beta_quantile
 
 KINDS = ("made", "detector", "item", "container", "range", "angle")
 """What trials are grouped by: look or in passing, detector, type of the item, type of the container, range, angle."""
@@ -50,8 +51,6 @@ def detection_rates(trials: Iterable[DetectionTrial]) -> tuple[DetectionRate, ..
 
 
 def _rate(by: str, group: str, trials: int, detected: int) -> DetectionRate:
-    from scipy.special import betaincinv
-
     a, b = 1.0 + detected, 1.0 + trials - detected
     return DetectionRate(
         by=by,
@@ -59,7 +58,7 @@ def _rate(by: str, group: str, trials: int, detected: int) -> DetectionRate:
         trials=trials,
         detected=detected,
         p_detect=a / (a + b),
-        ci95=(float(betaincinv(a, b, 0.025)), float(betaincinv(a, b, 0.975))),
+        ci95=(beta_quantile(0.025, a, b), beta_quantile(0.975, a, b)),
     )
 
 
@@ -85,6 +84,6 @@ def _angle_of(angle_deg: float) -> str:
 
 
 def _around(value: float, edges: Sequence[float]) -> tuple[float, float]:
-    """The edges between which a value lies, the lower one included."""
+    """The interval between two edges that contains a value, the lower edge included."""
     i = max(k for k, edge in enumerate(edges[:-1]) if value >= edge)
     return edges[i], edges[i + 1]

@@ -53,14 +53,14 @@ def pool_trials(
     Args:
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
     """
-    tasks = ((place, plan) for place in plan.places)
+    tasks = ((task, plan) for task in plan.places)
     return run_in_order(_pool_trial, tasks, workers=workers, scheduler=scheduler)
 
 
-def pool_trial(place: ReplayTask, plan: MeasurementSettings) -> PoolTrial | SkippedTask:
+def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | SkippedTask:
     """One task driven by every strategy, each log replayed by all."""
     try:
-        trials = [trial_of(place, plan, name) for name in plan.strategies]
+        trials = [trial_of(task, plan, name) for name in plan.strategies]
         truth = [outcome_of(list(trial_events(trial))).cost for trial in trials]
         with TemporaryDirectory(prefix="lios-select-") as folder:
             seen: list[TrialCosts] = []
@@ -75,8 +75,8 @@ def pool_trial(place: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skip
                 ]
                 seen.append(trial_costs(replays, plan.strategies, limit=run.task.failure_cost))
     except LiosError as error:
-        return SkippedTask(place=place, reason=str(error))
-    return PoolTrial(house=place.house, scenario=place.scenario, seed=place.seed, true=tuple(truth), seen=tuple(seen))
+        return SkippedTask(task=task, reason=str(error))
+    return PoolTrial(house=task.house, scenario=task.scenario, seed=task.seed, true=tuple(truth), seen=tuple(seen))
 
 
 class _StoredTrial(msgspec.Struct, frozen=True, kw_only=True):

@@ -2,8 +2,8 @@
 replayed.
 
 One counterfactual is one log and one strategy other than the one that drove it. What it truly costs is found by
-running it in the simulator; the replayer reads the log file alone. Measured: whether the truth lies within the
-bounds, how many are exact or narrow, and how often the estimate's interval covers the truth.
+running it in the simulator; the replayer reads the log file alone. Measured: whether the truth is within the bounds,
+how many are exact or narrow, and how often the estimate's interval covers the truth.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ class MeasurementSettings:
     Attributes:
         strategies: each records a log of every task, and is replayed over the logs of the others.
         estimator: the estimator whose beliefs the runs use.
-        miss_rate: the chance that a look of the recorded run misses an item. Replays are told how many items were
-            overlooked; the truth is a run that overlooks nothing, as a replayed strategy does.
+        miss_rate: the chance that a look of the recorded run misses an item. Replays are given the number of items
+            that were overlooked; the truth is a run that overlooks nothing, as a replayed strategy does.
         sees_m: how far all robots see open furniture in passing, in metres; 0 for not at all.
-        trusting: the recording robot takes its looks at their word, and never looks again.
+        trusting: the recording robot believes its looks, and never looks again.
     """
 
     places: tuple[ReplayTask, ...]
@@ -142,7 +142,7 @@ class SkippedTask:
         fault: the replayer's own: a run just recorded that it does not reproduce.
     """
 
-    place: ReplayTask
+    task: ReplayTask
     reason: str
     fault: bool = False
 
@@ -168,9 +168,9 @@ def tasks_for(
     for k in range(MAX_HOUSES_TRIED * wanted):
         turn, index = divmod(k, len(indices))
         scenario = scenarios[(len(places) + turn) % len(scenarios)]
-        place = ReplayTask(house=f"{path}:{indices[index]}", scenario=scenario, seed=seed + turn)
-        if _supports(loaded[indices[index]], place):
-            places.append(place)
+        task = ReplayTask(house=f"{path}:{indices[index]}", scenario=scenario, seed=seed + turn)
+        if _supports(loaded[indices[index]], task):
+            places.append(task)
         if len(places) == wanted:
             break
     if not places:
@@ -178,10 +178,10 @@ def tasks_for(
     return tuple(places)
 
 
-def _supports(house: House, place: ReplayTask) -> bool:
+def _supports(house: House, task: ReplayTask) -> bool:
     """Whether a house holds what a scenario needs."""
     try:
-        scenario_start(place.scenario, house, seed=place.seed)
+        scenario_start(task.scenario, house, seed=task.seed)
     except Unsupported:
         return False
     return True
@@ -195,17 +195,17 @@ def counterfactuals(
     Args:
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
     """
-    tasks = ((place, plan) for place in plan.places)
+    tasks = ((task, plan) for task in plan.places)
     yield from chain.from_iterable(run_in_order(_measured, tasks, workers=workers, scheduler=scheduler))
 
 
-def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfactual | SkippedTask]:
+def measure(task: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfactual | SkippedTask]:
     """All counterfactuals of one task."""
     try:
-        trials = [trial_of(place, plan, strategy) for strategy in plan.strategies]
+        trials = [trial_of(task, plan, strategy) for strategy in plan.strategies]
         truth = {t.strategy: outcome_of(list(trial_events(t))) for t in trials}
     except LiosError as error:
-        yield SkippedTask(place=place, reason=str(error))
+        yield SkippedTask(task=task, reason=str(error))
         return
     with TemporaryDirectory(prefix="lios-replay-") as folder:
         for trial in trials:
@@ -221,14 +221,14 @@ def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfac
                 made = replay_on(prepared, other, origin=NameOrigin.USER)
                 if made.bounds is None:
                     reason = f"{other} over a log of {trial.strategy}: {made.reason}"
-                    yield SkippedTask(place=place, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
+                    yield SkippedTask(task=task, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
                     continue
                 standing = made.if_beliefs_stand or made.bounds
                 yield Counterfactual(
                     estimator=plan.estimator,
-                    house=place.house,
-                    scenario=place.scenario,
-                    seed=place.seed,
+                    house=task.house,
+                    scenario=task.scenario,
+                    seed=task.seed,
                     recorded=str(trial.strategy),
                     strategy=other,
                     true_cost=truth[other].cost,
@@ -272,18 +272,18 @@ def _with_misses(settings: ReplaySettings, misses: int) -> ReplaySettings:
 
 
 def outside_bounds(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...]:
-    """Counterfactuals whose true cost lies outside the bounds: each is a fault."""
+    """Counterfactuals whose true cost is outside the bounds: each is a fault."""
     return tuple(c for c in found if not c.inside)
 
 
-def trial_of(place: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
+def trial_of(task: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
     """The trial of one task by one strategy."""
     trial = trial_for(
-        TaskRequest(scenario=place.scenario),
-        load_house(place.house),
+        TaskRequest(scenario=task.scenario),
+        load_house(task.house),
         strategy=strategy,
         estimator=plan.estimator,
-        seed=place.seed,
+        seed=task.seed,
     )
     return replace(trial, sees_m=plan.sees_m)
 

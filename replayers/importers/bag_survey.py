@@ -17,7 +17,7 @@ from workbench.errors import Malformed
 LATCHED_ROLES = frozenset({"tf_static", "map", "calibrations"})
 """Roles whose messages hold for all time, whenever they were stamped or recorded."""
 PASSED = frozenset({"images", "calibrations", "map"})
-"""Roles that the first pass leaves out: large, and they tell neither where nor when."""
+"""Roles that the first pass leaves out: they are large, and say nothing about places or times."""
 EXAMPLES = 8
 """How many frames and topics an error lists."""
 

@@ -105,8 +105,15 @@ def matrix_of(position: Any, rotation: Any) -> Floats:
 
 
 def quaternion_of(matrix: Floats) -> tuple[float, float, float, float]:
-    """The rotation of a matrix as (x, y, z, w)."""
-    from scipy.spatial.transform import Rotation
-
-    x, y, z, w = Rotation.from_matrix(matrix[:3, :3]).as_quat()
+    """The rotation of a matrix as (x, y, z, w), by Shepperd's method: the largest of the four is divided by."""
+    m = matrix[:3, :3]
+    squares = (*(1 + 2 * np.diag(m) - np.trace(m)), 1 + np.trace(m))  # four times x^2, y^2, z^2, w^2
+    largest = int(np.argmax(squares))
+    crossed = (m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1])  # four times wx, wy, wz
+    if largest == 3:
+        four = [*crossed, squares[3]]
+    else:
+        four = [*(m[largest] + m[:, largest]), crossed[largest]]
+        four[largest] = squares[largest]
+    x, y, z, w = np.array(four) / np.linalg.norm(four)
     return float(x), float(y), float(z), float(w)

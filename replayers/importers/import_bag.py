@@ -36,8 +36,8 @@ class ImportPlan:
     Attributes:
         task: what the robot was to do; None when unknown.
         strategy, estimator: whose beliefs and plans are computed after the fact; "" for none.
-        furniture_open: somebody's word that all closed furniture was opened before; else a closed container in which
-            nothing was seen counts as not looked into.
+        furniture_open: an operator's assurance that all closed furniture was opened before; else a closed container
+            in which nothing was seen counts as not looked into.
         clock: whose times are used; None for header stamps unless they are of another clock or jump back.
     """
 
@@ -113,12 +113,12 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         motion=False,
         settings={"import": _settings(bag, plan, clock), **perception_to_settings(plan.site.perception)},
     ) as recorder:
-        thinker = RetrospectivePlanner(
+        planner = RetrospectivePlanner(
             strategy=strategy, estimator=estimator, task=task, costs=ROBOT_COSTS, tell=recorder.record
         )
         given = "results" in roles.values()
         importer = BagDerivation(
-            plan.site, mapping, recorder, thinker, task, given, survey, clock, plan.furniture_open
+            plan.site, mapping, recorder, planner, task, given, survey, clock, plan.furniture_open
         )
         for message in bag.messages(tuple(sorted(roles))):
             importer.take(roles[message.topic], message)

@@ -56,7 +56,7 @@ class BagDerivation:
     site: Site
     mapping: Mapping
     recorder: RunRecorder
-    thinker: RetrospectivePlanner
+    planner: RetrospectivePlanner
     task: Task
     given_moves: bool
     survey: BagSurvey
@@ -81,7 +81,7 @@ class BagDerivation:
 
     def __post_init__(self) -> None:
         def tell(event: Event) -> None:
-            self.thinker.hear(self.derived, event)
+            self.planner.take(self.derived, event)
 
         for child, (parent, transform) in sorted(self.survey.static.items()):
             self.frames.set(parent, child, transform)
@@ -125,7 +125,7 @@ class BagDerivation:
         at = self.clock.time_of(message.stamp_ns, own, latched=role in LATCHED_ROLES)
         if not self._began:
             self._began = True
-            self.thinker.begin(self.derived, at)
+            self.planner.begin(self.derived, at)
         looks = len(self.derived.inconclusive)
         self._takes[role](message, at)
         self._tell_doubts(looks, at)

@@ -43,7 +43,7 @@ class RetrospectivePlanner:
         """Adds the decision before anything is done."""
         self._think(derived, stamp_ns)
 
-    def hear(self, derived: ActionDeriver, event: Event) -> None:
+    def take(self, derived: ActionDeriver, event: Event) -> None:
         """Passes an event on; after an observation, adds what would have been planned then."""
         if isinstance(event, ActionEnded | ContainerObserved | RunEnded):
             event = replace(event, decision=self.decision)

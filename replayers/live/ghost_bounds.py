@@ -44,7 +44,7 @@ class GhostBounds(msgspec.Struct, frozen=True, kw_only=True):
         driven: it is the one that is recorded.
         lower, upper: charged costs; infinite where there is no upper bound.
         outer: a bound may be wider than what is known, because the budget was spent.
-        least_extra, most_extra: the driven strategy's cost minus this one's lies between, world by world.
+        least_extra, most_extra: bounds of the driven strategy's cost minus this one's, over all worlds.
         status: of its run over the log alone ("undetermined" where it would look into what nobody opened yet).
         trouble: why it has no bounds; empty where it has.
     """

@@ -28,7 +28,7 @@ from workbench.process_pool import end_with_parent, one_thread_each
 EVERY_S = 0.1
 """Seconds between looks at the log."""
 MEMORY_BYTES = 4 << 30
-"""What the process may allocate; where it needs more, it dies and is started anew."""
+"""What the process may allocate; where it needs more, it dies and is started again."""
 MAX_RESTARTS = 3
 NICENESS = 10
 

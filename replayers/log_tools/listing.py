@@ -1,9 +1,9 @@
 """The runs of a folder, one row for each log, read from indexes and cached between calls.
 
-Of a run's log the checksums and the numbers of events are read too, so that it is shown where something is missing.
-Of logs of replays, observations are read too, to count the containers whose contents are imputed. The cache is one
-file for each folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is reused while the log's size and
-modification time are unchanged.
+Of a run's log the checksums and the numbers of events are read too, to show where something is missing. Of logs of
+replays, observations are read too, to count the containers whose contents are imputed. The cache is one file for each
+folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is reused while the log's size and modification time are
+unchanged.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ class LossRecord(Protocol):
         ...
 
     def take(self, record: Metadata) -> bool:
-        """Whether a metadata record tells of losses; it is then kept instead of being copied."""
+        """Whether a metadata record is about losses; it is then kept instead of being copied."""
         ...
 
     def records(self) -> list[tuple[str, dict[str, str]]]:

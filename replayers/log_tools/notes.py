@@ -96,7 +96,7 @@ def add_note(
         LogInUse: another process has been writing to it for longer than a note takes.
         CannotCreate: there is no permission to write to it.
         DiskFull: no space is left; the log is unchanged.
-        LocalFileRequired: it lies at an address, where nothing is changed.
+        LocalFileRequired: it is at an address; such files are not changed.
         BadValue: an empty text, an invalid time, or one outside the log.
     """
     path = path_of(path)

@@ -1,8 +1,8 @@
 """What a copy of a damaged or cut-off log says was lost before it was made: the metadata record lios.recovered.
 
 A log that was cut off lost only what came after its last complete message, and everything before stands as it was
-recorded. Its copy is closed in order, so that it has to say so itself; it also says how many messages it had saved of
-the topics that conclusions rest on, by which a reader sees whether later copies left some out.
+recorded. Its copy is closed in order, and therefore states the loss itself; it also says how many messages it had
+saved of the topics that conclusions rest on, by which a reader sees whether later copies left some out.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Recovered:
     Attributes:
         source: names of the files.
         lost: where something was lost.
-        lost_at: byte offset of the first loss in its file; None where nothing was lost, or only an index tells of it.
+        lost_at: byte offset of the first loss in its file; None where nothing was lost, or only an index shows it.
         damages: number of damaged places, those of indexes too.
         messages: how many messages were saved.
         expected: how many there were by the index; None where there was none.
@@ -150,7 +150,7 @@ class SourceLoss:
     read: int = 0
 
     def take(self, record: Metadata) -> bool:
-        """Whether a metadata record tells of losses; it is then kept here instead of being copied."""
+        """Whether a metadata record is about losses; it is then kept here instead of being copied."""
         run, name = run_and_name(record.name)
         if name == PART_METADATA:
             self.part = _whole(record.metadata.get("part"))
@@ -200,7 +200,7 @@ class SourceLoss:
 
     @property
     def runs(self) -> list[int | None]:
-        """The runs that it tells of; None alone for a log of one run, or of none."""
+        """The runs that it describes; None alone for a log of one run, or of none."""
         return sorted({*self.counts, *self.said}, key=lambda run: -1 if run is None else run) or [None]
 
     def own(self, run: int | None) -> Recovered:

@@ -77,7 +77,7 @@ class ChunkRecord:
         """Decompresses the records inside, checked against size and checksum.
 
         Raises:
-            Unreadable: wrong size or checksum, unknown compression, or more bytes than the limit.
+            UnreadableRecord: wrong size or checksum, unknown compression, or more bytes than the limit.
         """
         if self.uncompressed_size > limit:
             raise UnreadableRecord(f"claims {self.uncompressed_size} bytes unpacked, beyond the limit of {limit}")
@@ -92,7 +92,7 @@ class ChunkRecord:
         """As unpack, but tolerates a damaged size or compression name where the checksum proves the data.
 
         Raises:
-            Unreadable: no interpretation of it has the right checksum.
+            UnreadableRecord: no interpretation of it has the right checksum.
         """
         try:
             return self.unpack(limit=limit)
@@ -116,7 +116,7 @@ def parse(opcode: int, body: bytes) -> tuple[Record | None, bool]:
     """The record of an opcode, and whether it accounts for every byte; None for a kind that readers must skip.
 
     Raises:
-        Unreadable: the bytes are not such a record.
+        UnreadableRecord: the bytes are not such a record.
     """
     parser = _PARSERS.get(opcode)
     if parser is None:
@@ -132,7 +132,7 @@ def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple
         unwanted: ids of channels whose messages are skipped without copying; may grow during the iteration.
 
     Raises:
-        Unreadable: a record that reaches beyond the chunk or makes no sense.
+        UnreadableRecord: a record that reaches beyond the chunk or makes no sense.
     """
     offset, size = 0, len(data)
     unpack_head, unpack_message, message = HEAD.unpack_from, _MESSAGE.unpack_from, int(Opcode.MESSAGE)

@@ -1,8 +1,8 @@
 """Finds where records begin again after damage: where a length fits the file and the next records follow.
 
-Never inside a torn chunk: zstd stores incompressible data as it is, so that messages can be recognised in there, some
-with bytes of the compression format in their middle, and no checksum to tell which. Records that belong into a chunk
-are accepted at the top level only in files without chunks.
+Never inside a torn chunk: zstd stores incompressible data as it is, and messages can be recognised in there, some
+with bytes of the compression format in their middle, which no checksum reveals. Records that belong into a chunk are
+accepted at the top level only in files without chunks.
 """
 
 from __future__ import annotations

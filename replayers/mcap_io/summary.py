@@ -59,7 +59,7 @@ def has_counts(index: LogIndex) -> bool:
 
 
 def indexed_messages(chunk: ChunkIndex) -> int | None:
-    """How many messages a chunk has by the sizes of its message indexes; None where these do not tell.
+    """How many messages a chunk has by the sizes of its message indexes; None where these do not show it.
 
     The indexes stand one after another, each with 15 bytes and 16 for each message.
     """

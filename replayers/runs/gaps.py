@@ -28,7 +28,7 @@ SIMULATED_SOURCES = ("simulation", "replay")
 
 
 class StartKnowledge(MessageEnum):
-    """Whether it can be told what the robot knew at the start, and if not, what is missing."""
+    """Whether the log shows what the robot knew at the start, and if not, what is missing."""
 
     KNOWN = ""
     NO_FIRST_BELIEFS = "the beliefs of the first decision are missing, and with them what was known at the start"
@@ -45,7 +45,7 @@ class Gaps:
         actions_after_ns: actions may be missing after this time, in nanoseconds since the epoch; None where none is.
         not_looked: containers whose first observation is lost.
         beliefs: whether beliefs of some decisions are missing.
-        start: whether it can be told what the robot knew at the start.
+        start: whether the log shows what the robot knew at the start.
     """
 
     lost: tuple[str, ...] = ()
@@ -160,7 +160,7 @@ def _first_gap_ns(actions: Iterable[ActionFinished], absent: list[int]) -> int |
 
 
 def _ended_later(run: Run) -> bool:
-    """Whether the outcome tells of more searches, or of more cost, than the actions have."""
+    """Whether the outcome has more searches, or a higher cost, than the actions."""
     if run.outcome is None:
         return False
     searches = sum(action.action == "search" and action.success for action in run.actions)
@@ -209,7 +209,7 @@ def _ends_the_log(run: Run, action: ActionFinished) -> bool:
 
 
 def _start_knowledge(run: Run, *, certain: bool) -> Result[StartKnowledge]:
-    """Whether it can be told what the robot knew at the start."""
+    """Whether the log shows what the robot knew at the start."""
     known = StartKnowledge.KNOWN.result()
     first = min(run.beliefs, key=lambda belief: belief.decision, default=None)
     if certain:

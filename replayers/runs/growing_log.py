@@ -1,7 +1,7 @@
 """A log read while it is being recorded: each reading takes up only what was added since the last one.
 
 Records that are whole on disk are read; what is still being written is left for the next reading. Once the log is
-closed, or where it was replaced or its records do not add up, it is read anew from its start.
+closed, or where it was replaced or its records do not add up, it is read again from its start.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ TAKEN = frozenset(
 """Opcodes of what a run is made of; other records are passed over unread."""
 HASH_BLOCK_BYTES = 1 << 20
 FIRST_BYTES = 4096
-"""How much of a log's beginning, which names the run, tells it from another one."""
+"""How much of a log's beginning, which names the run, is compared to recognise it."""
 
 
 @final

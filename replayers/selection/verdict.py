@@ -81,14 +81,15 @@ class SelectionVerdict:
         trials: how many.
         next: the strategy to drive next.
         standings: every strategy.
-        by_proof, by_sequence: strategies out of question (elimination.py).
+        by_proof, by_sequence: eliminated strategies (elimination.py).
         same: strategies that cost the same as `next` on every trial so far, in every world.
         regret_so_far: by how much `next` may at most have cost more than another one, a trial, on the trials so far.
         regret_to_come: by how much it costs more at most in the mean of coming trials, with a probability of
             1 - alpha, where they are like these and failures count with their cost.
         regret_to_come_unknown: the failure cost: a regret_to_come as great says nothing.
         settled: whether more trials can change the answer.
-        trials_to_settle: about how many more trials like these settle it by sequence; None where nothing tells.
+        trials_to_settle: about how many more trials like these settle it by sequence; None where that cannot be
+            estimated.
     """
 
     trials: int

@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from replayers.sites.graph_lengths import lengths_between
 from replayers.sites.survey_draft import MARGIN_M, NothingToDraft, SiteDraft, Stop
 from workbench.arrays import Bools, Floats
 from workbench.errors import MissingExtra
-from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
+from workbench.worlds.maps.clearance import closed_gaps, distances_to
 from workbench.worlds.maps.occupancy import MAX_CELLS, OccupancyGrid
 
 if TYPE_CHECKING:
@@ -153,17 +154,12 @@ def _stops(waypoints: list[Waypoint], poses: Poses) -> tuple[Stop, ...]:
 
 def _lengths(graph: Graph, places: list[str]) -> Floats:
     """Shortest lengths along edges, metres, shape (places, places); inf where none connects."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-
     number = {waypoint.id: i for i, waypoint in enumerate(graph.waypoints)}
     known = [e for e in graph.edges if e.id.from_waypoint in number and e.id.to_waypoint in number]
     ends = [(number[e.id.from_waypoint], number[e.id.to_waypoint]) for e in known]
-    lengths = [max(TINY, float(np.linalg.norm(_matrix(e.from_tform_to)[:2, 3]))) for e in known]
-    both = np.array(ends, dtype=np.int64).reshape(-1, 2)
-    matrix = csr_array((np.array(lengths), (both[:, 0], both[:, 1])), shape=(len(number), len(number)))
-    rows = [number[place] for place in places]
-    return np.asarray(dijkstra(matrix, directed=False, indices=rows), dtype=np.float64)[:, rows]
+    lengths = [float(np.linalg.norm(_matrix(e.from_tform_to)[:2, 3])) for e in known]
+    edges = [(a, b, length) for (a, b), length in zip(ends, lengths, strict=True)]
+    return lengths_between(edges, [number[place] for place in places], nodes=len(number))
 
 
 def _snapshots(
@@ -247,14 +243,11 @@ def _grid(graph: Graph, poses: Poses, clouds: list[Floats]) -> OccupancyGrid | N
         grid[cells[:, 1], cells[:, 0]] = True
         return grid
 
-    from scipy.ndimage import binary_closing, distance_transform_edt
-
     height = points[:, 2]
-    closed: Any = binary_closing(marked(points[np.abs(height) <= FLOOR_WITHIN_M]), iterations=3)
-    floor = np.asarray(closed, dtype=np.bool_)
+    floor = closed_gaps(marked(points[np.abs(height) <= FLOOR_WITHIN_M]), 3)
     obstacle = marked(points[(height > FLOOR_WITHIN_M) & (height <= OBSTACLE_UP_TO_M)])
-    away: Any = distance_transform_edt(~marked(walked))
-    on_foot = np.asarray(away, dtype=np.float64) * RESOLUTION_M <= WALKED_WITHIN_M
+    away = distances_to(marked(walked), within=WALKED_WITHIN_M / RESOLUTION_M + 1)
+    on_foot = away * RESOLUTION_M <= WALKED_WITHIN_M
     free = on_foot | (floor & ~obstacle)
     return OccupancyGrid(origin=(float(low[0]), float(low[1])), resolution_m=RESOLUTION_M, occupied=~free)
 

@@ -21,10 +21,10 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from recorders.spot.client.localization import waypoint_of
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
+from replayers.sites.graph_lengths import lengths_between, near_pairs
 from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.log_schema.events import NANO
-from workbench.tolerances import TINY
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.maps.occupancy import OccupancyGrid
@@ -286,22 +286,17 @@ def _known_as(pose: Pose, plan: FloorPlan, number: int) -> tuple[str, str]:
 
 def _walked_lengths(points: list[Point], places: list[Point]) -> Floats:
     """Shortest lengths between places along the walked path, crossings joined; metres, shape (places, places)."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-    from scipy.spatial import KDTree
-
     kept = [points[0]]
     for point in points[1:]:
         if hypot(point[0] - kept[-1][0], point[1] - kept[-1][1]) >= GRAPH_EVERY_M:
             kept.append(point)
-    nodes = np.array([*kept, *places])
+    nodes = [*kept, *places]
     chain = [(i, i + 1) for i in range(len(kept) - 1)]
-    near = KDTree(nodes).query_pairs(JOIN_M)
-    edges = np.array(sorted({*chain, *near}), dtype=np.int64).reshape(-1, 2)
-    lengths = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
-    graph = csr_array((np.maximum(lengths, TINY), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
-    last = np.arange(len(kept), len(nodes))
-    return np.asarray(dijkstra(graph, directed=False, indices=last), dtype=np.float64)[:, last]
+    edges = [
+        (a, b, hypot(nodes[a][0] - nodes[b][0], nodes[a][1] - nodes[b][1]))
+        for a, b in sorted({*chain, *near_pairs(nodes, JOIN_M)})
+    ]
+    return lengths_between(edges, range(len(kept), len(nodes)), nodes=len(nodes))
 
 
 def _apart(a: Pose, b: Pose) -> float:

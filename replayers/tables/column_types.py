@@ -1,7 +1,7 @@
 """Columns of a table before they become Arrow's or pandas' arrays: one class for each kind of column.
 
-Most tables of a run have only a few rows, so that the fixed cost of a column dominates. A vocabulary is checked
-by pandas once, and shared by all columns that have it, in all logs: runs of one place speak of the same containers.
+Most tables of a run have only a few rows, so the fixed cost of a column dominates. A vocabulary is checked by pandas
+once, and shared by all columns that have it, in all logs: runs of one place have the same containers.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Any, Protocol, Self, final
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 from pandas.api.extensions import ExtensionArray
 
+from replayers.tables.arrow import pa
 from replayers.tables.schemas import NUMBER, TEXT, TIME, WHOLE, WORD, YES
 from workbench.arrays import AnyArray, Bools, Ints32
 

@@ -14,12 +14,10 @@ from typing import Literal
 
 import msgspec
 import pandas as pd
-import pyarrow as pa
-import pyarrow.dataset as ds
-import pyarrow.parquet as pq
 
 from recorders.mcap_io.file import CannotCreate
 from replayers.log_tools.copy_log import NoDiskSpace
+from replayers.tables.arrow import pa
 from replayers.tables.frames import LogSource, Problem, Tables
 from replayers.tables.schemas import SCHEMAS
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
@@ -171,6 +169,8 @@ def _one_file(source: Tables, name: str, folder: Path, file_format: Format) -> i
                 _csv_frame(part).to_csv(stream, index=False, header=number == 0)
                 count += part.num_rows
         return count
+    import pyarrow.parquet as pq
+
     schema = plain(SCHEMAS[name])
     with pq.ParquetWriter(folder / f"{name}.parquet", schema, compression="zstd") as writer:
         for part in source.parts(name):
@@ -182,6 +182,8 @@ def _one_file(source: Tables, name: str, folder: Path, file_format: Format) -> i
 
 def _partitioned(source: Tables, name: str, folder: Path, by: Sequence[str]) -> int:
     """One table as a folder of files by the values of columns, taken from the run where the table lacks them."""
+    import pyarrow.dataset as ds
+
     parts: list[pa.Table] = []
     for log in source.sources:
         (part,) = list(Tables([log], source.problems).parts(name))[1:] or [None]

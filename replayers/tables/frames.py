@@ -4,8 +4,8 @@
     replayers.read("run.mcap").tables.actions
     replayers.read_many("logs/**").decisions.groupby("run_id").planning_s.sum()
 
-Only the topics that a table needs are decoded. A log that cannot be read does not break the rest: it is listed in
-`problems`.
+They need pyarrow, the extra `tables`. Only the topics that a table needs are decoded. A log that cannot be read does
+not break the rest: it is listed in `problems`.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ from typing import TYPE_CHECKING, Any, cast, final
 
 import msgspec
 import pandas as pd
-import pyarrow as pa
 
 from replayers.log_tools.log_paths import NoLogs, find_logs, shown
 from replayers.log_tools.multi_run import NoRunInLog, SeveralRuns, member_name
 from replayers.mcap_io.messages import Message
+from replayers.mcap_io.poses import poses_in
 from replayers.mcap_io.reader import messages, metadata
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import is_closed
+from replayers.tables.arrow import pa
 from replayers.tables.build import BUILDERS, Source
 from replayers.tables.schemas import SCHEMAS
 from replayers.tables.to_pandas import Columns, arrow_table, data_frame, joined
 from workbench.errors import LiosError
-from workbench.log_schema.codec import UndecodableMessage, decode
+from workbench.log_schema.codec import decode
 from workbench.log_schema.events import POSE_TOPIC, TOPIC_OF, TOPICS, TRUTH_TOPIC, RunInfo, Wire
 from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
 from workbench.terminal import counted
@@ -228,18 +229,3 @@ class RunSource:
 
     def poses(self) -> Sequence[tuple[int, PoseInFrame]]:
         return poses_in(self.raw_poses)
-
-
-def poses_in(found: Iterable[tuple[int, bytes]]) -> list[tuple[int, PoseInFrame]]:
-    """Every foxglove.PoseInFrame with its log time, in nanoseconds.
-
-    Raises:
-        UndecodableMessage: one that is none.
-    """
-    from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
-    from google.protobuf.message import DecodeError
-
-    try:
-        return [(stamp, PoseInFrame.FromString(data)) for stamp, data in found]
-    except DecodeError as error:
-        raise UndecodableMessage(POSE_TOPIC, str(error)) from error

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-import pyarrow as pa
+from replayers.tables.arrow import pa
 
 TEXT = pa.string()
 WORD = pa.dictionary(pa.int32(), pa.string())

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 
+from replayers.tables.arrow import pa
 from replayers.tables.column_types import Column, column_of
 from replayers.tables.schemas import SCHEMAS
 

@@ -10,7 +10,7 @@ from toy_run import ns, other_run, toy_run
 
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
-from dashboards.panels.now import legend
+from dashboards.panels.now import RunLegend, legend
 from dashboards.viser_app.drawing.actors import Actors
 
 OURS, OTHER = timeline_of(toy_run()), timeline_of(other_run())
@@ -78,7 +78,7 @@ def test_the_legend_tells_of_a_mark_that_a_ghost_left() -> None:
     assert not scene.unseen.any()
     assert isinstance(scene.unseen, np.ndarray)
     assert "◆" not in legend(scene)
-    assert "◆" in legend(scene, ended=True)
+    assert "◆" in legend(scene, RunLegend(ended=True))
 
 
 def test_however_many_ghosts_are_four_objects_in_their_colours() -> None:

@@ -16,7 +16,7 @@ from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.panels.find_costs import find_costs
-from dashboards.panels.now import legend
+from dashboards.panels.now import RunLegend, legend
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import cost_plot, plots, remaining_plot
 
@@ -88,5 +88,5 @@ def test_containers_that_no_run_opened_are_known_where_a_replay_is_shown() -> No
     assert not unopened((OURS,)).any(), "of one run the colours tell the same"
     assert unopened(()).shape == (0,)
     assert TABLE not in closed
-    assert "nobody opened it" in legend(scene_at(OURS, ns(1)), unopened=True)
+    assert "nobody opened it" in legend(scene_at(OURS, ns(1)), RunLegend(unopened=True))
     assert "nobody opened it" not in legend(scene_at(OURS, ns(1)))

@@ -65,5 +65,5 @@ def test_nothing_is_imported_that_is_not_declared() -> None:
 
 def test_the_default_install_is_light() -> None:
     assert _names(PROJECT["dependencies"]).isdisjoint(
-        {"torch", "sentence-transformers", "bosdyn-client", "up-fast-downward"}
+        {"torch", "sentence-transformers", "bosdyn-client", "up-fast-downward", "pyarrow", "scipy"}
     )

@@ -8,23 +8,26 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
 from console_blocks import ROOT
+from product_source import parsed, statements
 
 FOLDERS = ("workbench", "recorders", "replayers", "dashboards")
 SECTION = re.compile(r"^Raises:\n((?:[ ]+.*\n?)+)", re.MULTILINE)
+pytestmark = pytest.mark.xdist_group("source")
 NAMES = re.compile(r"^ {4}([A-Z]\w+(?:, [A-Z]\w+)*):", re.MULTILINE)
 
 
 def _modules() -> Iterator[tuple[Path, ast.Module]]:
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*.py")):
-            yield path.relative_to(ROOT), ast.parse(path.read_text(encoding="utf-8"))
+            yield path.relative_to(ROOT), parsed(path)
 
 
 def test_exceptions_named_in_docstrings_exist() -> None:
     known, named = set(dir(builtins)), list[tuple[str, str]]()
     for path, module in _modules():
-        for node in ast.walk(module):
+        for node in statements(module):
             if isinstance(node, ast.ClassDef):
                 known.add(node.name)
             if isinstance(node, ast.FunctionDef | ast.ClassDef):

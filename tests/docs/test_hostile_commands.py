@@ -85,6 +85,34 @@ def test_one_line_and_exit_2(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["folder", "noise"], "it left something behind"
 
 
+TAKES_A_PLANNER = (
+    "record --find mug --strategy lacking:Planner -o run.mcap",
+    "replay LOG --strategies lacking:Planner",
+    "replay LOG --strategies lacking:Planner --in-process",
+    "plan LOG --strategy lacking:Planner",
+    "select LOG --strategies lacking:Planner,lios",
+    "evaluate tasks --strategies lacking:Planner -n 1 -o trials.csv",
+    "evaluate replay --strategies lacking:Planner,lios -n 1",
+    "evaluate search --policies lacking:Planner --queries 1",
+    "evaluate belief --estimators lacking:Planner",
+    "spot run --strategy lacking:Planner --robot 127.0.0.1:9 --site paper_home",
+)
+
+
+@pytest.mark.parametrize("line", TAKES_A_PLANNER)
+def test_a_planner_that_imports_what_is_not_there(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lacking.py").write_text("import nothing_of_the_kind\n\nclass Planner: ...\n")
+    assert cli.run(shlex.split(line.replace("LOG", str(LOG)))) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "No module named 'nothing_of_the_kind'" in said.err
+    assert len(said.err.strip().splitlines()) == 1, said.err
+    assert {p.name for p in tmp_path.iterdir()} <= {"lacking.py", "__pycache__"}, "it left something behind"
+
+
 def test_a_folder_without_an_evaluation_says_how_to_make_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -68,6 +68,8 @@ def test_wheel_and_sdist_hold_all_data(built: Path) -> None:
 
 
 MINORS = (11, 12, 13, 14)
+MAX_DEFAULT_MB = 620
+"""Of the default install, bytecode and pip included; docs/install.md gives figures."""
 """The versions of Python 3 that the package is for."""
 
 
@@ -149,6 +151,7 @@ def test_it_works_with_its_dependencies_in_an_empty_environment(minor: int, buil
     outside = tmp_path / "outside"
     outside.mkdir()
     assert _said([own, "-m", "pip", "check"], outside)
+    assert int(_said(["du", "-sm", own.parents[1]], outside).split()[0]) < MAX_DEFAULT_MB
     _does_its_job(own.parent / "lios", outside)
 
 
@@ -169,7 +172,8 @@ def test_it_works_with_the_lowest_versions_that_it_allows(built: Path, tmp_path:
     registry = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL"))}
     # For uv, what a wheel needs is not direct: it takes the lowest of what it is given itself.
     resolve = [*uv, "pip", "install", "--quiet", "--python", str(own), "--resolution", "lowest-direct"]
-    _install([*resolve, str(wheel), *PROJECT["dependencies"]], registry)
+    tables = PROJECT["optional-dependencies"]["tables"]
+    _install([*resolve, f"{wheel}[tables]", *PROJECT["dependencies"], *tables], registry)
     lowest = dict(r.split(">=") for r in PROJECT["dependencies"])
     outside = tmp_path / "outside"
     outside.mkdir()

@@ -135,7 +135,7 @@ def test_tasks_with_misses_draw_them_alike_and_are_recorded(tmp_path: Path) -> N
         key=key,
         strategies=(("conditioned-lios", "counts"), ("robust-lios", "counts"), ("oracle", "counts")),
         miss_rate=0.5,
-        tap=TrialRecorder(folder=tmp_path),
+        event_hook=TrialRecorder(folder=tmp_path),
     )
     rows = run_unit(unit)
     assert all(row.success for row in rows)

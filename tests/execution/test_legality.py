@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import pytest
+from toy import COUNTER, item, toy_plan, toy_travel
 
 from workbench.execution.legality import Legality, legality
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategy import Decision
-from workbench.worlds.house import START, ContainerId, ItemId, LocationId
+from workbench.worlds.house import START, ItemId, LocationId
 from workbench.worlds.knowledge import knowledge_at_start
-from workbench.worlds.sites.site import load_site
 
-SITE = load_site("paper_home")
-SHELF = ContainerId(SITE.plan.containers[0].id)
-ITEM = next(iter(SITE.tags.values()))
-KNOWLEDGE = knowledge_at_start(SITE.plan, SITE.travel, known={}).seen(SHELF, (ITEM,))
+SHELF = COUNTER
+ITEM = item("Mug|1")
+KNOWLEDGE = knowledge_at_start(toy_plan(), toy_travel(), known={}).seen(SHELF, (ITEM,))
 THERE = KNOWLEDGE.moved(LocationId(SHELF))
 DECISION = Decision(plan=Plan(status=PlanStatus.SOLVED, solver="test"))
 

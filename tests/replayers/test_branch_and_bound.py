@@ -380,7 +380,7 @@ def test_a_strategy_that_never_ends_is_stopped_and_charged_the_failure(tmp_path:
 def test_the_cheapest_leaf_is_a_world_that_one_can_name(tmp_path: Path) -> None:
     tree = tree_of(toy_evidence(tmp_path), InOrder((BED, DESK, TABLE, COUNTER)))
     bounds_of(tree, budget=PLENTY)
-    leaf = tree.follow(lambda question: question.options[-1])
+    leaf = tree.follow(lambda unobserved: unobserved.options[-1])
     assert leaf.status is RunStatus.DONE
     assert [(f.container, f.answer) for f in leaf.filled] == [(BED, (MUG,))]
     assert imputed_items((MUG, MUG), BED)[1].id == f"Mug|imputed|{BED}|2"

@@ -12,6 +12,7 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 from toy_logs import acted, seen, toy_run
 
 from recorders.spot.run.site_tasks import session_task
+from replayers.counterfactual.bounds.bounds import budget_of
 from replayers.counterfactual.evidence import NoTaskAttempted, evidence_of
 from replayers.counterfactual.evidence_rules import chances_of_missing
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
@@ -205,8 +206,8 @@ def test_a_pick_where_no_look_counts_leaves_the_rest_of_the_container_open() -> 
         assert set(evidence.open) == {*whole.open, container}
         assert item.partition("|")[0] in evidence.seen_types()
         assert any(item in note and container in note for note in evidence.notes)
-        prepared = prepare_log(torn, ReplaySettings(worlds=20))
-        true = prepare_log(run, ReplaySettings(worlds=20))
+        settings = ReplaySettings(worlds=20, budget=budget_of(100))
+        prepared, true = prepare_log(torn, settings), prepare_log(run, settings)
         for name in ("opt-greedy", "pes-lios"):
             loose, tight = (replay_strategy(one, strategy(name)).bounds for one in (prepared, true))
             assert loose is not None

@@ -85,19 +85,19 @@ def one_run(
     """The nodes of a run in a random world, each with the cost of the way there, and the run's own cost; None where
     it fails."""
 
-    def answer_of(question: UnobservedLook) -> Answer:
+    def answer_of(unobserved: UnobservedLook) -> Answer:
         if rng.random() > richness:
-            return question.options[0]
-        return question.options[rng.integers(len(question.options))]
+            return unobserved.options[0]
+        return unobserved.options[rng.integers(len(unobserved.options))]
 
     node, cost, passed = tree.root, 0.0, list[tuple[Node, float]]()
     while True:
         passed.append((node, cost))
         segment = tree.advance(node)
         cost += segment.cost
-        if segment.question is None:
+        if segment.unobserved is None:
             return (passed, cost) if segment.done else None
-        node = tree.child(node, answer_of(segment.question))
+        node = tree.child(node, answer_of(segment.unobserved))
 
 
 @pytest.mark.parametrize("name", ["opt-greedy", "pes-greedy"])

@@ -54,6 +54,7 @@ def consistent_houses(trial: Trial, ground: PreparedLog, types: tuple[ItemType, 
         yield House(plan=trial.house.plan, contents=contents)
 
 
+@pytest.mark.ci_but(4)
 @pytest.mark.parametrize("radius_m", [0.9, 1.6, 2.5])
 @pytest.mark.parametrize(("task", "types"), [(FIND, (MUG,)), (BOTH, (MUG, BOOK))], ids=["find", "both"])
 @pytest.mark.parametrize("driver", ["opt-greedy", "conditioned-lios"])

@@ -12,7 +12,7 @@ from toy import BED, COUNTER, DESK
 from toy_logs import MUG, PENCIL, toy_evidence
 
 from replayers.counterfactual.bounds.branch_and_bound import BoundSearch
-from replayers.counterfactual.bounds.search_cache import Remembered, RememberedPricing, SearchCache
+from replayers.counterfactual.bounds.search_cache import CachedPolicy, CachedPricing, SearchCache
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
 from replayers.counterfactual.run_tree import Node, RunTree
@@ -59,7 +59,7 @@ def query(
 
 def test_the_same_search_is_worked_out_once(tmp_path: Path) -> None:
     counts = Counts()
-    remembered = Remembered(counts, SearchCache())
+    remembered = CachedPolicy(counts, SearchCache())
     asked = [
         query(tmp_path, 0.2),
         query(tmp_path, 0.2),
@@ -75,7 +75,7 @@ def test_the_same_search_is_worked_out_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", POLICIES)
 def test_a_policy_that_remembers_answers_as_it_does(tmp_path: Path, name: str) -> None:
     ours = policy(name)
-    remembered = Remembered(ours, SearchCache())
+    remembered = CachedPolicy(ours, SearchCache())
     for p in (0.2, 0.3, 0.2):
         asked = query(tmp_path, p)
         assert remembered.order(asked) == ours.order(asked)
@@ -89,9 +89,9 @@ class CountsPrices:
 
     asked: list[int] = field(default_factory=list[int], hash=False, compare=False)
 
-    def price(self, question: FindCostRequest) -> FindCosts:
+    def price(self, request: FindCostRequest) -> FindCosts:
         self.asked.append(1)
-        return Optimistic().price(question)
+        return Optimistic().price(request)
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()
@@ -99,23 +99,23 @@ class CountsPrices:
 
 def test_the_same_find_costs_are_worked_out_once(tmp_path: Path) -> None:
     counts = CountsPrices()
-    remembered = RememberedPricing(counts, SearchCache())
+    remembered = CachedPricing(counts, SearchCache())
     asked = [
         FindCostRequest(belief=q.belief, travel=q.travel, origins=(q.origin,), targets=(q.target,), costs=q.costs)
         for q in (query(tmp_path, 0.2), query(tmp_path, 0.2), query(tmp_path, 0.3), query(tmp_path, 0.2, origin=BED))
     ]
-    answers = [remembered.price(question) for question in asked]
+    answers = [remembered.price(request) for request in asked]
     assert len(counts.asked) == 3
-    for question, answer in zip(asked, answers, strict=True):
-        assert (answer.metres == Optimistic().price(question).metres).all()
-        assert answer.origins == question.origins
+    for request, answer in zip(asked, answers, strict=True):
+        assert (answer.metres == Optimistic().price(request).metres).all()
+        assert answer.origins == request.origins
 
 
 def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("replayers.counterfactual.bounds.search_cache.MAX_CACHED_SEARCHES", 3)
     memory = SearchCache()
     for i in range(10):
-        Remembered(Counts(), memory).order(query(tmp_path, i / 10))
+        CachedPolicy(Counts(), memory).order(query(tmp_path, i / 10))
         assert len(memory.orders) <= 3
 
 
@@ -123,11 +123,11 @@ def test_strategies_over_one_log_share_a_memory(tmp_path: Path) -> None:
     toy_evidence(tmp_path)
     prepared = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=0))
     replay_on(prepared, "opt-lios")
-    known = len(prepared.memory.firsts)
+    known = len(prepared.search_cache.firsts)
     assert known
     replay_on(prepared, "pes-lios")
-    assert len(prepared.memory.firsts) == known
-    assert fast_strategy(strategy("opt-lios"), prepared.memory).name == "opt-lios"
+    assert len(prepared.search_cache.firsts) == known
+    assert fast_strategy(strategy("opt-lios"), prepared.search_cache).name == "opt-lios"
 
 
 def test_a_world_is_told_with_the_whole_order_of_looks(tmp_path: Path) -> None:

@@ -284,16 +284,14 @@ def _membership(
     kinds: PlacementKinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: FitSettings
 ) -> Floats:
     """The posterior probability of each kind and closeness for each type, shape (items, kinds, closenesses)."""
-    from scipy.special import gammaln  # imported here, since beliefs do not need fitting
-
     at, place = np.nonzero(held)
     finds, often = held[at, place], held.sum(axis=1)
     near = how.names * (vectors @ kinds.centre.T - (kinds.centre**2).sum(axis=1) / 2)
     score = near[:, :, None] + np.log(kinds.weight)
     for z, k, pseudo in _prior_strengths(kinds, stood, at, place, how):
         close = how.closeness[k]
-        fit = np.bincount(at, gammaln(finds + pseudo) - gammaln(pseudo), minlength=len(held))
-        score[:, z, k] += fit + gammaln(close) - gammaln(often + close)
+        fit = np.bincount(at, _log_gamma(finds + pseudo) - _log_gamma(pseudo), minlength=len(held))
+        score[:, z, k] += fit + _log_gamma(np.asarray(close)) - _log_gamma(often + close)
     score *= softness
     chance = np.exp(score - score.max(axis=(1, 2), keepdims=True))
     return chance / chance.sum(axis=(1, 2), keepdims=True)
@@ -314,15 +312,13 @@ def _prior_strengths(
 def _em_step(kinds: PlacementKinds, data: _TrainingData, softness: float, how: FitSettings) -> PlacementKinds:
     """One iteration: memberships, then kinds. Repeated finds of a type count less than first ones, being its own
     habit."""
-    from scipy.special import digamma
-
     held, stood, vectors = data.held, data.stood, data.vectors
     member = _membership(kinds, held, stood, vectors, softness, how)
     at, place = np.nonzero(held)
     finds, scale = held[at, place], stood @ kinds.rate.T
     found_of, by_type = np.zeros_like(kinds.rate), np.zeros((len(kinds.rate), len(held)))
     for z, k, pseudo in _prior_strengths(kinds, stood, at, place, how):
-        counted = member[at, z, k] * pseudo * (digamma(finds + pseudo) - digamma(pseudo))
+        counted = member[at, z, k] * pseudo * (_digamma(finds + pseudo) - _digamma(pseudo))
         found_of[z] += np.bincount(place, counted, minlength=held.shape[1])
         by_type[z] += np.bincount(at, counted, minlength=len(held))
     exposed = (by_type / np.maximum(scale.T, 1e-12)) @ stood
@@ -332,3 +328,19 @@ def _em_step(kinds: PlacementKinds, data: _TrainingData, softness: float, how: F
         centre=(whole.T @ vectors + 2 * vectors.mean(axis=0)) / (whole.sum(axis=0)[:, None] + 2),
         weight=(member.sum(axis=0) + 0.5) / (len(held) + 0.5 * kinds.weight.size),
     )
+
+
+def _log_gamma(x: Floats) -> Floats:
+    """log(gamma(x)) for x > 0, shape as given: Stirling's series (Abramowitz and Stegun 6.1.41) at x + 10."""
+    steps = x[..., None] + np.arange(10.0)
+    y = x + 10.0
+    series = 1 / (12 * y) - 1 / (360 * y**3) + 1 / (1260 * y**5) - 1 / (1680 * y**7) + 1 / (1188 * y**9)
+    return (y - 0.5) * np.log(y) - y + np.log(2 * np.pi) / 2 + series - np.log(steps).sum(axis=-1)
+
+
+def _digamma(x: Floats) -> Floats:
+    """The derivative of _log_gamma, shape as given: its series (6.3.18) at x + 10."""
+    steps = x[..., None] + np.arange(10.0)
+    y = x + 10.0
+    series = 1 / (12 * y**2) - 1 / (120 * y**4) + 1 / (252 * y**6) - 1 / (240 * y**8) + 1 / (132 * y**10)
+    return np.log(y) - 1 / (2 * y) - series - (1 / steps).sum(axis=-1)

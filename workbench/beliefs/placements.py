@@ -103,9 +103,9 @@ class Placements:
         """Rates of one type in every kind of place, shape (rooms + 1, containers + 1)."""
         if name in self._item_at:
             return self.rates[self._item_at[name]]
-        return _STRANGE.of(self).get(name, lambda: self._of_strange(name))
+        return _UNKNOWN.of(self).get(name, lambda: self._of_unknown(name))
 
-    def _of_strange(self, name: str) -> Floats:
+    def _of_unknown(self, name: str) -> Floats:
         """Rates of a type that was in no training house, by its name alone."""
         vector = vectors_of(self.encoder, [name]).astype(np.float64)
         stood = self.stood.reshape(1, -1)
@@ -113,7 +113,7 @@ class Placements:
         return np.mean(runs, axis=0).reshape(self.stood.shape)
 
 
-_STRANGE: PerObject[str, Floats] = PerObject(2_000)
+_UNKNOWN: PerObject[str, Floats] = PerObject(2_000)
 """Rates of types that were in no training house."""
 
 

@@ -29,13 +29,13 @@ Result = TypeVar("Result")
 RETRIES = 5
 """Number of retries of a unit whose worker died."""
 LOOK_EVERY_S = 5.0
-"""How often it is asked whether there are workers."""
+"""Interval in seconds between checks for workers."""
 QUEUED_PER_WORKER = 3
-"""Units that wait for each worker, which bounds what is held of many."""
+"""Units queued for each worker; this bounds the memory for long lists of units."""
 NOT_INSTALLED = "0.0.0"
 """The version of a source tree that was never installed."""
 MIN_AHEAD = 64
-"""On a cluster, units that are handed out at least: workers may come later."""
+"""Minimum number of units handed out on a cluster: workers may join later."""
 
 
 class ClusterLost(Failed):
@@ -197,9 +197,9 @@ def _threads(client: Any) -> int:
 
 
 def _require_same_version(client: Any, scheduler: str) -> None:
-    """Asks the workers that are there; those that come later tell with each result.
+    """Check the workers that are connected; those that join later report their version with each result.
 
-    The question is a function of the standard library: it means the same to every version.
+    The check calls a function of the standard library, which every version of this package has.
     """
     try:
         found: dict[str, str] = client.run(version, "lios-workbench")
@@ -244,7 +244,7 @@ def _client(distributed: Any, scheduler: str, workers: int) -> Generator[Any]:
 
 @contextmanager
 def _warning_without_workers(client: Any, scheduler: str) -> Generator[None]:
-    """Meanwhile says when no worker is left, and when there are some again."""
+    """A context that reports when no worker is left, and when there are workers again."""
     ended = threading.Event()
 
     def watch() -> None:
@@ -253,7 +253,7 @@ def _warning_without_workers(client: Any, scheduler: str) -> Generator[None]:
             try:
                 now = bool(client.scheduler_info()["workers"])
             except (OSError, ValueError, RuntimeError, KeyError, TimeoutError):
-                return  # the scheduler is gone, which the results tell
+                return  # the scheduler is gone; collecting the results reports that
             if now != there:
                 say("Workers are available again." if now else f"No worker is at {scheduler}: waiting for one.")
             there = now

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator
-from workbench.errors import MalformedFile
+from workbench.errors import BadValue, MalformedFile
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, Contents, House, Item
 from workbench.worlds.house_yaml import SUFFIXES, is_survey
@@ -37,14 +37,26 @@ def site_address(address: str) -> tuple[str, str] | None:
 
     Args:
         address: a survey file, its folder or a shipped site, with ":CONFIGURATION" or without.
+
+    Raises:
+        BadValue: nothing follows the colon.
     """
-    for site, configuration in ((address, ""), address.rpartition(":")[::2]):
-        if site in shipped_sites() and not Path(site).exists():
-            return site, configuration
-        file = Path(site) / "site.yaml" if Path(site).is_dir() else Path(site)
-        if file.suffix.lower() in SUFFIXES and file.is_file() and is_survey(file.read_bytes()):
-            return site, configuration
-    return None
+    if _is_site(address):
+        return address, ""
+    site, colon, configuration = address.rpartition(":")
+    if not colon or not _is_site(site):
+        return None
+    if not configuration:
+        raise BadValue(f"configuration in {address!r}", "", f"a name, as in {site}:A; or give {site}")
+    return site, configuration
+
+
+def _is_site(address: str) -> bool:
+    path = Path(address)
+    if address in shipped_sites() and not path.exists():
+        return True
+    file = path / "site.yaml" if path.is_dir() else path
+    return file.suffix.lower() in SUFFIXES and file.is_file() and is_survey(file.read_bytes())
 
 
 def simulated_site(address: str, configuration: str, *, seed: int) -> SimulatedSite:

@@ -1,7 +1,7 @@
 """Cluster-bootstrap intervals of means and of paired differences over trials.
 
-Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws houses
-with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
+Trials in one house share its map and its contents, so they are not independent: the bootstrap draws houses with
+replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
 
 A single cluster says nothing of how clusters vary. Its interval draws its own trials instead, says so (`resampled`),
 and is widened. So is the interval of few clusters (up to MAX_WIDENED_CLUSTERS). n of them spread too little by
@@ -16,12 +16,14 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from statistics import NormalDist
 
 import numpy as np
 import numpy.typing as npt
 
 from workbench.arrays import Floats
 from workbench.errors import BadValue
+from workbench.evaluation.distributions import student_quantile
 
 DRAWS = 4000
 _DRAWS_PER_BLOCK = 500
@@ -156,7 +158,7 @@ def interval_of(
 
 
 def resampled(trials: int, clusters: int, cluster: str = "houses", trial: str = "trials") -> str:
-    """What an interval drew: clusters, so that it speaks of others like them; or the trials of the only one.
+    """What an interval drew: clusters, so that it generalises to others like them; or the trials of the only cluster.
 
     Args:
         cluster, trial: what these are, in the plural.
@@ -227,11 +229,9 @@ def _widening(number: int, level: float) -> tuple[float, float]:
     """
     if number == 1:
         return (float("nan"), float("nan"))
-    from scipy import special  # only where there are few
-
-    normal, student = special.ndtri((1 + level) / 2), special.stdtrit(number - 1, (1 + level) / 2)
+    normal, student = NormalDist().inv_cdf((1 + level) / 2), student_quantile((1 + level) / 2, number - 1)
     spread = float(np.sqrt(number / (number - 1)))
-    return float(student / normal) * spread, float(student) * spread
+    return student / normal * spread, student * spread
 
 
 def _ratio(top: float, bottom: float) -> float:

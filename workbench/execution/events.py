@@ -121,7 +121,7 @@ class PlanMade:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionEnded:
-    """An action ended; `cost` is 0 if it was refused before it began, which `success` tells.
+    """An action ended; `cost` is 0 if it was refused before it began (`success` is then false).
 
     `item_remains` says of a failed pick that the item is still where it was.
     """

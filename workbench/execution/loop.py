@@ -300,7 +300,7 @@ class _Run:
         return self.ended is None
 
     def _passed(self, step: PlanStep, answer: ActionDone) -> Generator[Event, None, bool]:
-        """A move on which containers came into view: what they show is known at once, and decides anew."""
+        """A move on which containers came into view: their contents are known at once, and the run decides again."""
         yield from observed_in_passing(answer, decision=self.decision, robot_at=self.knowledge.robot_at)
         stopped = step if answer.ended_at is None else replace(step, target=answer.ended_at)
         yield self._acted(stopped, answer, answer.travel_m)

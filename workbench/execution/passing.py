@@ -46,7 +46,7 @@ def knowledge_after(
 
 
 def seen_in_words(answer: ActionDone) -> str:
-    """Why a move decides anew."""
+    """Why the run decides again after a move."""
     return f"saw {', '.join(seen.container for seen in answer.seen)} in passing"
 
 

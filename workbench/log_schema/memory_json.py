@@ -70,7 +70,7 @@ def memory_from_settings(settings: Mapping[str, Any]) -> Memory | None:
     """The memory that a run's settings hold; None where they hold none.
 
     Raises:
-        MalformedSettings: it is none.
+        MalformedSettings: the entry is invalid.
     """
     if SETTING not in settings:
         return None

@@ -40,7 +40,7 @@ def perception_from_settings(settings: Mapping[str, Any]) -> Perception:
     """The perception that a run's settings name; perfect where they name none.
 
     Raises:
-        MalformedSettings: it is none.
+        MalformedSettings: the entry is invalid.
     """
     if SETTING not in settings:
         return PERFECT

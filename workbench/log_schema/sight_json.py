@@ -28,7 +28,7 @@ def sight_from_settings(settings: Mapping[str, Any]) -> float:
     """The sight radius in metres that a run's settings name; 0 where they name none.
 
     Raises:
-        MalformedSettings: it is none.
+        MalformedSettings: the entry is invalid.
     """
     if SETTING not in settings:
         return 0.0

@@ -128,14 +128,14 @@ def problem_at(
         locations = relevant_locations(goal, knowledge, places)
     find_costs = None
     if types:
-        question = FindCostRequest(
+        request = FindCostRequest(
             belief=view.belief.only(types),
             travel=knowledge.travel,
             origins=locations,
             targets=locations,
             costs=view.costs,
         )
-        find_costs = pricing.price(question)
+        find_costs = pricing.price(request)
     return problem_of(goal, knowledge, view.costs, locations=locations, find_costs=find_costs, every_item=every_item)
 
 

@@ -58,7 +58,7 @@ class FindCostFormula(Protocol):
 class FindPricing(Protocol):
     """The find-cost model of a strategy."""
 
-    def price(self, question: FindCostRequest) -> FindCosts: ...
+    def price(self, request: FindCostRequest) -> FindCosts: ...
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         """Unsearched containers that planning should consider as meeting places."""
@@ -68,8 +68,8 @@ class FindPricing(Protocol):
 @final
 @dataclass(frozen=True, slots=True)
 class Optimistic:
-    def price(self, question: FindCostRequest) -> FindCosts:
-        return question.answered_by(optimistic_find_costs)
+    def price(self, request: FindCostRequest) -> FindCosts:
+        return request.answered_by(optimistic_find_costs)
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()
@@ -78,8 +78,8 @@ class Optimistic:
 @final
 @dataclass(frozen=True, slots=True)
 class Pessimistic:
-    def price(self, question: FindCostRequest) -> FindCosts:
-        return question.answered_by(pessimistic_find_costs)
+    def price(self, request: FindCostRequest) -> FindCosts:
+        return request.answered_by(pessimistic_find_costs)
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()
@@ -98,9 +98,9 @@ class Expected:
     limit: int = PAPER_LIMIT
     per_find: bool = False
 
-    def price(self, question: FindCostRequest) -> FindCosts:
+    def price(self, request: FindCostRequest) -> FindCosts:
         formula = per_find_costs if self.per_find else expected_find_costs
-        return question.answered_by(partial(formula, belief_model=self.belief_model, limit=self.limit))
+        return request.answered_by(partial(formula, belief_model=self.belief_model, limit=self.limit))
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()
@@ -113,8 +113,8 @@ class WithRepeatedLooks:
 
     model: LookModel = TWO_LOOKS
 
-    def price(self, question: FindCostRequest) -> FindCosts:
-        return question.answered_by(partial(robust_find_costs, model=self.model))
+    def price(self, request: FindCostRequest) -> FindCosts:
+        return request.answered_by(partial(robust_find_costs, model=self.model))
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()
@@ -128,13 +128,13 @@ class WholeSearch:
     belief_model: BeliefModel = "marginal"
     limit: int = PAPER_LIMIT
 
-    def price(self, question: FindCostRequest) -> FindCosts:
+    def price(self, request: FindCostRequest) -> FindCosts:
         return corrected_find_costs(
-            question.belief,
-            question.travel,
-            origins=question.origins,
-            targets=question.targets,
-            costs=question.costs,
+            request.belief,
+            request.travel,
+            origins=request.origins,
+            targets=request.targets,
+            costs=request.costs,
             belief_model=self.belief_model,
             limit=self.limit,
         )
@@ -154,13 +154,13 @@ class TrueFindCosts:
 
     house: House
 
-    def price(self, question: FindCostRequest) -> FindCosts:
-        travel, costs = question.travel, question.costs
-        rows = [travel.index(location) for location in question.origins]
-        columns = [travel.index(location) for location in question.targets]
-        open_to_search = frozenset(question.belief.containers)
+    def price(self, request: FindCostRequest) -> FindCosts:
+        travel, costs = request.travel, request.costs
+        rows = [travel.index(location) for location in request.origins]
+        columns = [travel.index(location) for location in request.targets]
+        open_to_search = frozenset(request.belief.containers)
         ways: dict[ItemType, Floats] = {}
-        for item_type in question.belief.item_types:
+        for item_type in request.belief.item_types:
             holders = [c for c in self.house.holders(item_type) if c in open_to_search]
             via = [travel.index(LocationId(container)) for container in holders]
             if via:
@@ -168,8 +168,8 @@ class TrueFindCosts:
                 ways[item_type] = lengths.min(axis=1) + costs.search + costs.manipulation
         return FindCosts(
             item_types=tuple(ways),
-            origins=tuple(question.origins),
-            targets=tuple(question.targets),
+            origins=tuple(request.origins),
+            targets=tuple(request.targets),
             metres=np.array(list(ways.values())).reshape(len(ways), len(rows), len(columns)),
             kind="model",
         )

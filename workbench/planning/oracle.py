@@ -179,7 +179,7 @@ def _insert_looks(
 
 
 def _distance(view: View, place: LocationId) -> float:
-    """The decision if unseen items meet the goal already: look into the nearest of their places first."""
+    """The distance in metres from the robot to a place; 0 for an unreachable one."""
     return view.knowledge.travel.between(view.knowledge.robot_at, place) or 0.0
 
 

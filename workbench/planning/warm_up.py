@@ -19,6 +19,9 @@ from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 
+COMPILING_S = 3600.0
+"""The planning budget of a warm-up: were it spent while the solver compiles, no rollouts would be compiled."""
+
 
 def warm_up(knowledge: Knowledge, estimator: Estimator, item_types: tuple[ItemType, ...]) -> None:
     """Compute a belief and a plan once for the current house, and discard the results.
@@ -53,7 +56,7 @@ def _plan_once(knowledge: Knowledge) -> None:
         estimator="none",
     )
     goal = Delivered(item_type=kind, at=knowledge.robot_at)
-    task = Task(scenario="none", goal=goal, failure_cost=0.0, budget_s=1.0)
-    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION_COSTS, budget_s=1.0)
+    task = Task(scenario="none", goal=goal, failure_cost=0.0, budget_s=COMPILING_S)
+    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION_COSTS, budget_s=COMPILING_S)
     for name in ("scout-lios", "model-lios-per-find"):
         strategy(name, origin=NameOrigin.USER).decide(view)

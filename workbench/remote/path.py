@@ -1,4 +1,4 @@
-"""Paths whose bytes lie at an address, such as https://host/run.mcap, s3://bucket/runs or memory://runs."""
+"""Paths of files at an address, such as https://host/run.mcap, s3://bucket/runs or memory://runs."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def path_of(text: str | Path) -> Path:
 
 @final
 class RemotePath(type(Path())):
-    """A path at an fsspec address. What readers ask of a path, it answers from there; writing is not offered.
+    """A path at an fsspec address, with the methods of pathlib.Path that readers need; it cannot be written to.
 
     Its text is the address. Extra settings of a store, such as an endpoint, come from fsspec's own configuration.
     """
@@ -100,7 +100,7 @@ class RemotePath(type(Path())):
         """Whether something is there.
 
         Raises:
-            NoCredentials, Unreachable: the store does not tell.
+            NoCredentials, Unreachable: the store gives no answer.
         """
         from workbench.errors import FileMissing
 

@@ -1,7 +1,7 @@
 """Tie-breaking among nearly equal costs: the first, in a fixed order, of all within a tolerance of the least.
 
 Sums of the same numbers differ in their last bits with the order in which they were added, with the machine and with
-the program (numpy, numba). A decision between equal costs must not hang on that. So every choice is made in two
+the program (numpy, numba). A decision between equal costs must not depend on that. So every choice is made in two
 steps: the least cost, then the first alternative that costs no more than that and the tolerance. "First" is by the
 order in which the alternatives are given, which is a fixed one (the plan's order of containers, the order of ids).
 Comparing with the best so far instead would let a chain of near-ties drift away from the least.

@@ -1,7 +1,7 @@
 """Detection probabilities: how likely one look detects an item that is there, by item type.
 
-Looks at one container are independent trials, each from a different viewpoint. Two looks from one viewpoint are not
-two looks: misses from one place are correlated (Velez et al., JAIR 44, 2012).
+Looks at one container from different viewpoints are independent trials. Two looks from one viewpoint count once:
+misses from one place are correlated (Velez et al., JAIR 44, 2012).
 """
 
 from __future__ import annotations

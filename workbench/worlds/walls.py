@@ -1,6 +1,6 @@
 """Walls with their doors and windows cut out, as every view draws them.
 
-A wall may be listed twice, once from each room: it stands once. An opening belongs to every wall that it lies in,
+A wall may be listed twice, once from each room: it is drawn once. An opening belongs to every wall that it is in,
 whichever room names it, so that openings are matched by position and not by name; the two rooms' lines of one wall
 may be a thick wall apart.
 """
@@ -16,7 +16,7 @@ from workbench.worlds.house import FloorPlan, Opening, Wall
 
 THICKNESS_M = 0.09
 REACH_M = 0.25
-"""An opening this close to a wall's line lies in it."""
+"""An opening this close to a wall's line is in it."""
 MIN_WALL_M = 0.02
 """Pieces and openings below this are left out."""
 
@@ -79,7 +79,7 @@ def line_of(wall: Wall) -> WallLine:
 
 
 def gaps_of(wall: Wall, plan: FloorPlan) -> tuple[Gap, ...]:
-    """The doors and windows that lie in a wall, in order along it."""
+    """The doors and windows in a wall, in order along it."""
     line = line_of(wall)
     found: list[Gap] = []
     openings = [(o, True) for o in plan.doors] + [(o, False) for o in plan.windows]
@@ -113,7 +113,7 @@ def pieces_of(line: WallLine, gaps: Sequence[Gap], *, top_m: float) -> tuple[Wal
 
 
 def _span(line: WallLine, opening: Opening) -> tuple[float, float] | None:
-    """Where along a wall an opening lies, or None when it lies in another wall."""
+    """The span of an opening along a wall; None if it is in another wall."""
     ends: list[float] = []
     for x, y in (opening.start, opening.end):
         rx, ry = x - line.start[0], y - line.start[1]

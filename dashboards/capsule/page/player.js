@@ -22,7 +22,7 @@
   const opaque = (rgb, alpha = 255) => { const out = new Uint8Array(rgb.length / 3 * 4); for (let i = 0; i < rgb.length / 3; i++) { out.set(rgb.slice(3 * i, 3 * i + 3), 4 * i); out[4 * i + 3] = alpha; } return out; };
   const drawn = [], walls = { cut: [], whole: [] };
   const shapes = {}, actors = [], furniture = [];
-  let bars = null, balls = null, marks = {};
+  let bars = null, balls = null, sight = null, marks = {};
   const empty = { centre: [], size: [], yaw: [], colour: [] };
   const add = (shape, parts, blend = false) => { const made = renderer.batch(shape, parts); made.blend = blend; drawn.push(made); return made; };
   if (renderer) {
@@ -35,6 +35,7 @@
     marks = { cross: add(shapes.cross, empty), tick: add(shapes.tick, empty), question: add(shapes.question, empty), unknown: add(shapes.unknown, empty) };
     balls = add(shapes.ball, empty);
     for (const goal of data.house.goals) add(renderer.mesh(goal), { centre: [0, 0, 0], size: [1, 1, 1], yaw: [0], colour: opaque(goal.colour) });
+    sight = liosSight(renderer, focus, shapes, data.colours, add);
     runs.forEach((run, i) => {
       const c = run.colour, alpha = i ? 110 : 255;
       actors.push({
@@ -48,7 +49,7 @@
   const label = (text, kind, at) => { const div = document.createElement("div"); div.className = kind; div.textContent = text; $("labels").append(div); const made = { div, at, visible: true, kind }; labels.push(made); return made; };
   data.house.rooms.forEach((room) => { label(room.name, "room", [...room.spots[0], 0.05]).spots = room.spots; });
   const orderLabels = Array.from({ length: data.labelled }, () => label("", "order", [0, 0, 0]));
-  const itemLabels = [];
+  const itemLabels = [], leftLabels = [];
   const robotLabels = runs.map((run) => { const made = label(run.name, "robot", [0, 0, 0]); made.div.style.borderLeftColor = `rgb(${run.colour})`; return made; });
 
   // --- showing one moment ---------------------------------------------------------------------------------------
@@ -80,9 +81,9 @@
     looks: (run, s) => String(upper(run.searchS, s + 1e-9)),
   };
   const showFrame = (k) => {
-    const frame = focus.frames[k], [palette, heights, marked, beliefs, legend, itemNames] = frame.looks[state.item];
+    const frame = focus.frames[k], [palette, heights, marked, beliefs, legend, itemNames, left, barPalette] = frame.looks[state.item];
     if (renderer) {
-      const of = focus.palettes[palette], height = focus.heights[heights];
+      const of = focus.palettes[palette], ofBar = focus.palettes[barPalette], height = focus.heights[heights];
       for (const [one, made] of furniture) {
         const colours = opaque(one.colour);
         one.owner.forEach((o, i) => { if (o >= 0) colours.set(of.slice(3 * o, 3 * o + 3), 4 * i); });
@@ -92,7 +93,7 @@
       height.forEach((h, o) => {
         if (h < 0.01) return;
         const [x, y, z] = data.house.tops[o];
-        bar.centre.push(x, y, z + h / 2); bar.size.push(0.13, 0.13, h); bar.yaw.push(0); bar.colour.push(...of.slice(3 * o, 3 * o + 3), 255);
+        bar.centre.push(x, y, z + h / 2); bar.size.push(0.13, 0.13, h); bar.yaw.push(0); bar.colour.push(...ofBar.slice(3 * o, 3 * o + 3), 255);
       });
       bars.set(bar);
       for (const [name, colour] of [["cross", [84, 92, 104]], ["tick", [255, 255, 255]]]) mark(name, focus.marks[marked][name], colour);
@@ -101,6 +102,10 @@
       balls.set(ball);
       focus.itemNames[itemNames].forEach(([words, ...at], i) => { itemLabels[i] ??= label("", "item", at); Object.assign(itemLabels[i], { at, visible: true }).div.textContent = words; });
       itemLabels.slice(focus.itemNames[itemNames].length).forEach((made) => { made.visible = false; });
+      const ordered = focus.orders[frame.order].slice(0, orderLabels.length), leftOf = new Map(focus.left[left]);
+      const leftAlone = focus.left[left].filter(([o]) => !ordered.includes(o));
+      leftAlone.forEach(([o, words], i) => { leftLabels[i] ??= label("", "item", [0, 0, 0]); Object.assign(leftLabels[i], { at: data.house.tops[o], visible: true }).div.textContent = words; });
+      leftLabels.slice(leftAlone.length).forEach((made) => { made.visible = false; });
       orderLabels.forEach((made, n) => {
         const stop = focus.orders[frame.order][n];
         made.visible = stop !== undefined;
@@ -109,7 +114,7 @@
         made.at = [x, y, z + 0.15 + height[stop]];
         made.div.textContent = "";
         const b = document.createElement("b"); b.textContent = n + 1;
-        made.div.append(b, data.house.names[stop]);
+        made.div.append(b, data.house.names[stop] + (leftOf.has(stop) ? `, ${leftOf.get(stop)}` : ""));
       });
     }
     for (const key of Object.keys(frame.html)) html("p-" + key, data.texts[frame.html[key]]);
@@ -131,6 +136,7 @@
         if (state.follow) { camera.target = [robot.x, robot.y, 0.3]; camera.turn = robot.yaw + Math.PI; camera.tilt = 0.72; camera.distance = 6.5 / (1 - camera.raised); }
       }
       if (!renderer) return;
+      if (i === 0) state.sight = sight.show(robot.x, robot.y, s);
       const actor = actors[i];
       for (const part of [actor.body, actor.legs]) part.set({ centre: [robot.x, robot.y, 0], yaw: [robot.yaw] });
       const trail = { centre: [], size: [], yaw: [], colour: [] };
@@ -164,7 +170,7 @@
     if (!renderer) return;
     const m = camera.matrix();
     renderer.draw(m, drawn);
-    const shown = [...robotLabels, ...orderLabels, ...itemLabels, ...labels.filter((l) => l.kind === "room")];
+    const shown = [...robotLabels, ...orderLabels, ...leftLabels, ...itemLabels, ...labels.filter((l) => l.kind === "room")];
     liosPlaceLabels(canvas, m, shown, state.roomNames !== false);
     liosScaleBar($("scale"), 2 * camera.distance * Math.tan(camera.fov / 2) / Math.max(1, canvas.clientHeight));
   };

@@ -63,6 +63,17 @@ function liosRenderer(canvas) {
     faces.forEach((k) => { for (let j = 0; j < 3; j++) { v.push(vertices[3 * k + j]); n.push(all[3 * k + j]); } });
     return { position: buffer(new Float32Array(v)), normal: buffer(new Float32Array(n)), count: faces.length };
   };
+  const fan = (rays) => {
+    // A flat fan about a point, whose corners may be moved.
+    const flat = new Float32Array(9 * rays), up = new Float32Array(9 * rays).map((_, i) => (i % 3 === 2 ? 1 : 0));
+    const made = { position: buffer(flat, gl.ARRAY_BUFFER, gl.DYNAMIC_DRAW), normal: buffer(up), count: 3 * rays };
+    made.move = (middle, ends, z) => {
+      ends.forEach((end, i) => flat.set([...middle, z, ...end, z, ...ends[(i + 1) % rays], z], 9 * i));
+      gl.bindBuffer(gl.ARRAY_BUFFER, made.position);
+      gl.bufferData(gl.ARRAY_BUFFER, flat, gl.DYNAMIC_DRAW);
+    };
+    return made;
+  };
   const attribute = (vao, at, made, size, kind = gl.FLOAT, divisor = 0, normalized = false) => {
     gl.bindBuffer(gl.ARRAY_BUFFER, made);
     gl.enableVertexAttribArray(at);
@@ -113,7 +124,7 @@ function liosRenderer(canvas) {
     gl.depthMask(true);
     gl.bindVertexArray(null);
   };
-  return { mesh, smooth, batch, draw };
+  return { mesh, smooth, fan, batch, draw };
 }
 
 // A camera that orbits about a point on the floor.

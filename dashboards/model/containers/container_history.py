@@ -37,8 +37,8 @@ class Consideration:
         probability: of finding the item in focus there; None where the belief has no such entry.
         rank: in the intended order of search, 1 first; 0 for a container that is not in it.
         first: the container that the decision looked into first; "" for a decision without a search.
-        cost_here, cost_taken: expected costs of the search with a look here first, and with the first look that
-            was taken; None where the log cannot tell.
+        cost_here, cost_taken: expected costs of the search with a look here first, and with the first look that was
+            taken; None where the log does not show it.
     """
 
     number: int

@@ -17,8 +17,8 @@ class FruitlessLooks:
 
     Attributes:
         p_detect: the chance that the last of them detects the item where it is.
-        posterior: (stamp, probability that it is there nevertheless): the first that a decision of the run gave it,
-            and one more after each look of the whole run.
+        posterior: (stamp, probability that it is there nevertheless): what the last decision before the first look
+            believed, and one more after each look of the whole run.
         by_now: how many of them were made by the moment.
     """
 
@@ -39,32 +39,40 @@ class FruitlessLooks:
 def fruitless_looks(timeline: Timeline, container: str, item_type: str, stamp_ns: int) -> FruitlessLooks | None:
     """The looks in vain up to the one that showed the item; None where looks show everything or nothing is believed.
 
-    Each look detects the item, where it is, with p_detect of the log.
+    Each look detects the item, where it is, with p_detect of the log. It starts from what the last decision before it
+    believed, or from what the look before it left where no decision since counts the container.
     """
-    begun = _first_belief(timeline, container, item_type)
-    if begun is None:
-        return None
-    posterior, p_detect = [begun], 1.0
+    believed = _beliefs(timeline, container, item_type)
+    posterior: list[tuple[int, float]] = []
+    p_detect = 1.0
     for seen in sorted(timeline.run.observations, key=lambda o: o.stamp.ns):
         if seen.container != container or seen.known_at_start or seen.look is None:
             continue
         detection = dict(zip(seen.look.item_types, seen.look.p_detect, strict=True))
         if item_type not in detection or any(item.type == item_type for item in seen.items):
             break
-        p_detect, p = detection[item_type], posterior[-1][1]
-        left = posterior_after_misses(np.array(p), np.array(1.0 - p_detect))
+        before = max((b for b in believed if b[0] <= seen.stamp.ns), default=None)
+        if not posterior and before is None:
+            return None
+        if not posterior and before is not None:
+            posterior.append(before)
+        start = before if before is not None and before[0] > posterior[-1][0] else posterior[-1]
+        p_detect = detection[item_type]
+        left = posterior_after_misses(np.array(start[1]), np.array(1.0 - p_detect))
         posterior.append((seen.stamp.ns, float(left)))
-    if len(posterior) == 1:
+    if not posterior:
         return None
     return FruitlessLooks(
         p_detect=p_detect, posterior=posterior, by_now=sum(at <= stamp_ns for at, _ in posterior[1:])
     )
 
 
-def _first_belief(timeline: Timeline, container: str, item_type: str) -> tuple[int, float] | None:
+def _beliefs(timeline: Timeline, container: str, item_type: str) -> list[tuple[int, float]]:
+    """(stamp, probability) of each decision that believes something of it."""
+    found: list[tuple[int, float]] = []
     for frame in timeline.decisions:
         belief = frame.belief
         if belief is not None and item_type in belief.item_types and container in belief.containers:
             row, column = belief.item_types.index(item_type), belief.containers.index(container)
-            return frame.stamp_ns, float(belief.probability[row][column])
-    return None
+            found.append((frame.stamp_ns, float(belief.probability[row][column])))
+    return found

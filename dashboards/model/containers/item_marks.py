@@ -1,4 +1,4 @@
-"""Marks of the items that were seen, as every view draws them: where each lies, and which names stand beside them."""
+"""Marks of the items that were seen, as every view draws them: the position of each, and the names beside them."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def session_status(status: SessionStatus | None, stamp_ns: int, *, live: bool, s
     """The state of the session at a moment.
 
     Args:
-        live: whether the newest moment of a session that is being recorded is shown; then its keys are told.
+        live: whether the newest moment of a session that is being recorded is shown; its keys are then listed.
         strategy: what drives the robot; an operator's session takes other keys than a run.
     """
     if status is None:

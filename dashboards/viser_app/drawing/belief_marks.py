@@ -15,7 +15,13 @@ import viser
 
 from dashboards.geometry.marks import Mesh, cross, tick, unopened_marker, unseen_marker
 from dashboards.geometry.solids import Batch, unit_mesh
-from dashboards.model.containers.container_style import bar_heights_m, container_colours
+from dashboards.model.containers.container_style import (
+    MAX_LEFT,
+    bar_colours,
+    bar_heights_m,
+    container_colours,
+    left_labels,
+)
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import STATUSES, Scene
 from dashboards.palette import UNOPENED, UNSEEN, Colour, linear_rgb
@@ -30,6 +36,8 @@ CROWDED_M, CROWDED_UP_M = 1.3, 0.4
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 MARK_UP_M = 0.04
+LEFT_SCALE = 0.72
+"""Size of the words over a container that a look may have missed, as a share of a room's name."""
 BAR_WIDE_M, MIN_BAR_M = 0.12, 0.01
 """Width of the bar over a container; a lower one is not drawn."""
 MARKS: Mapping[str, tuple[Mesh, Colour]] = MappingProxyType(
@@ -76,6 +84,7 @@ class BeliefMarks:
             scene.add_label(f"/belief/order/{i}", "", visible=False, anchor="bottom-center", font_screen_scale=1.0)
             for i in range(LABELLED)
         ]
+        self._left: list[viser.LabelHandle] = []
 
     def show(self, scenes: Sequence[Scene], unopened: Bools, *, bars: bool = True, orders: bool = True) -> None:
         """Shows a moment: the beliefs of the first scene; of every scene, where a replay had to end.
@@ -85,25 +94,25 @@ class BeliefMarks:
         """
         scene = scenes[0]
         height_m = bar_heights_m(scene) if bars else np.zeros(len(self._tops))
-        self._show_colours(container_colours(scene), height_m)
+        self._show_colours(container_colours(scene), bar_colours(scene), height_m)
         self._show_marks(scenes, unopened)
         self._show_orders(scene, height_m, wanted=orders)
+        self._show_left(left_labels(scene) if bars else ())
 
     def remove(self) -> None:
-        for part in (self._bars, *self._marks.values(), *self._orders):
+        for part in (self._bars, *self._marks.values(), *self._orders, *self._left):
             part.remove()
 
-    def _show_colours(self, of_owner: Uints8, height_m: Floats) -> None:
-        recoloured = self._changed("colours", of_owner)
-        if recoloured:
+    def _show_colours(self, of_owner: Uints8, of_bar: Uints8, height_m: Floats) -> None:
+        if self._changed("colours", of_owner):
             for batch, handle in self._furniture:
                 handle.batched_colors = linear_rgb(batch.coloured(of_owner))
-        if self._changed("bars", height_m) or recoloured:
+        if self._changed("bars", np.column_stack([height_m, of_bar])):
             drawn = height_m > MIN_BAR_M
             tall, wide = height_m[drawn], np.full(int(drawn.sum()), BAR_WIDE_M)
             self._bars.show(
                 (self._tops[drawn] + np.outer(tall / 2, [0, 0, 1])).astype(np.float32),
-                linear_rgb(of_owner[drawn]),
+                linear_rgb(of_bar[drawn]),
                 scales=np.column_stack([wide, wide, tall]).astype(np.float32),
             )
 
@@ -145,6 +154,20 @@ class BeliefMarks:
             taken.append((x, y))
             labels.append((label.text, at_m))
         self.numbered, self.number_labels = tuple(taken), tuple(labels)
+
+    def _show_left(self, words: Sequence[tuple[int, str]]) -> None:
+        """What is left of the belief where a look may have missed, in words below the top of the container."""
+        if not self._changed("left", words):
+            return
+        while len(self._left) < min(len(words), MAX_LEFT):
+            name = f"/belief/left/{len(self._left)}"
+            self._left.append(self._scene.add_label(name, "", anchor="top-center", font_screen_scale=LEFT_SCALE))
+        for place, label in enumerate(self._left):
+            label.visible = place < len(words)
+            if label.visible:
+                i, label.text = words[place]
+                x, y, z = (float(v) for v in self._tops[i])
+                label.position = (x, y, z)
 
     def _changed(self, name: str, value: object) -> bool:
         """Whether a value differs from what was sent last; stores it."""

@@ -272,7 +272,7 @@ class Controls:
             self._show_container(session, scene)
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
-        self._draw("legend", lambda: legend(scene, items=state.items, **self._signs))
+        self._draw("legend", lambda: legend(scene, self._signs, items=state.items))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
         reading = round(min(state.at, self._slider.max), self._slider.precision)
         if abs(self._slider.value - reading) > ROUNDING:
@@ -283,7 +283,7 @@ class Controls:
             self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
 
     def _tables_are_due(self, *, playing: bool) -> bool:
-        """Whether to draw the tables: while a run plays, only as often as somebody can read them."""
+        """Whether to draw the tables: while a run plays, only as often as people can read them."""
         now_s = time.monotonic()
         if playing and now_s - self._tables_s < TABLES_EVERY_S:
             return False
@@ -297,7 +297,7 @@ class Controls:
         return there - len(self._session.clock.timelines)
 
     def _status(self, stamp_ns: int) -> Markup:
-        """How the session of the run in focus goes; empty where its log does not tell."""
+        """The state of the session of the run in focus; empty where its log does not record it."""
         robot_sensors, run = self._session.robot_sensors, self._session.clock.timelines[0].run
         if robot_sensors is None or not robot_sensors.has_status:
             return Markup("")
@@ -322,7 +322,7 @@ class Controls:
             self._session.change(at=min(event.target.value, self._session.clock.end), playing=False)
 
     def _execute_field(self, go: viser.GuiTextHandle) -> None:
-        """Executes the page's commands at once, and what somebody types once they stop typing."""
+        """Executes the page's commands at once, and a person's once they stop typing."""
         words = go.value
         if self._typing is not None:
             self._typing.cancel()

@@ -26,6 +26,7 @@ LAYERS = (
     ("Unopened marked", "unopened"),
     ("Items seen", "items"),
     ("Names of all items", "item_names"),
+    ("Sight", "sight"),
     ("Occupancy map", "occupancy"),
     ("Pictures", "pictures"),
     ("Point clouds", "points"),

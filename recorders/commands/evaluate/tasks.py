@@ -171,9 +171,9 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Tr
     from workbench.terminal import progress, say
 
     done = list(store.rows) if store else []
-    tap = TrialRecorder(folder=how.output / "logs") if how.record and how.output else None
-    if tap:
-        done = [row for row in done if tap.log_of(row).exists()]
+    event_hook = TrialRecorder(folder=how.output / "logs") if how.record and how.output else None
+    if event_hook:
+        done = [row for row in done if event_hook.log_of(row).exists()]
     with trained_per_fold(
         request.estimators(),
         how.fold_split,
@@ -181,7 +181,7 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Tr
         progress=lambda trained, total: progress(trained, title="Training", total=total),
         on=Workforce(how.workers, how.scheduler),
     ) as fold_estimators:
-        units = experiment.remaining_units(request, planned.keys, done, tap, how.meant, fold_estimators)
+        units = experiment.remaining_units(request, planned.keys, done, event_hook, how.meant, fold_estimators)
         if done:
             say(f"{len(done)} runs are done already; {sum(len(u.strategies) for u in units)} are left.")
         results = run_units(units, workers=how.workers, scheduler=how.scheduler)

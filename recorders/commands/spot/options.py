@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, final
 
+from workbench.options import Force, Json, ServePort
 from workbench.parameters import Option
+
+if TYPE_CHECKING:
+    from recorders.spot.run.run_settings import RunSettings
+    from recorders.spot.session.session import Rates
 
 Robot = Annotated[str, Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
@@ -47,23 +53,58 @@ def check_within(option: str, value: float, minimum: float, maximum: float) -> N
         raise BadValue(option, value, f"between {minimum:g} and {maximum:g}")
 
 
-def check_run(output: Path, *, replaces: bool, speed: float | None, look: float, images_hz: float) -> None:
-    """Check the options that `lios spot run` and `lios spot resume` share, before the robot is called.
-
-    Raises:
-        OutputExists: the output is there and is not to be replaced.
-        BadValue: a speed, duration or rate out of its range.
-    """
-    from workbench.errors import BadValue, OutputExists
-
-    if output.exists() and not replaces:
-        raise OutputExists(output)
-    if speed is not None and not 0 < speed <= MAX_SPEED_MPS:
-        raise BadValue("--speed", speed, f"more than 0 and at most {MAX_SPEED_MPS} m/s, Spot's own limit")
-    check_within("--look", look, 0.1, 600)
-    check_within("--images-hz", images_hz, 0, 60)
-
-
 def camera_names(text: str) -> tuple[str, ...]:
     """The names of cameras in a comma-separated list."""
     return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """The options that `lios spot run` and `lios spot resume` have in common."""
+
+    speed: SpeedLimit = None
+    look: LookSeconds = LOOK_S
+    images_hz: ImagesHz = IMAGES_HZ
+    cameras: Cameras = FRONT_CAMERAS
+    take_lease: TakeLease = False
+    own_estop: OwnEstop = False
+    furniture_open: FurnitureOpen = False
+    resume: ContinueAfterOutage = False
+    dry_run: DryRun = False
+    serve: ServePort = None
+    operator: OperatorName = ""
+    serial: LogSerial = True
+    certificate: Certificate = None
+    force: Force = False
+    json: Json = False
+
+    def check(self, output: Path) -> None:
+        """Check the output and the values, before the robot is called.
+
+        Raises:
+            OutputExists: the output is there and is not to be replaced.
+            BadValue: a speed, duration or rate out of its range.
+        """
+        from workbench.errors import BadValue, OutputExists
+
+        if output.exists() and not (self.force or self.dry_run):
+            raise OutputExists(output)
+        if self.speed is not None and not 0 < self.speed <= MAX_SPEED_MPS:
+            raise BadValue("--speed", self.speed, f"more than 0 and at most {MAX_SPEED_MPS} m/s, Spot's own limit")
+        check_within("--look", self.look, 0.1, 600)
+        check_within("--images-hz", self.images_hz, 0, 60)
+
+    def settings(self) -> RunSettings:
+        """The settings of motion and perception."""
+        from recorders.spot.run.run_settings import RunSettings
+
+        return RunSettings(
+            speed_mps=self.speed, look_s=self.look, furniture_open=self.furniture_open, resume=self.resume
+        )
+
+    def rates(self) -> Rates:
+        """The polling rates of the recorded streams."""
+        from recorders.spot.session.session import Rates
+
+        return Rates(images_hz=self.images_hz, cameras=camera_names(self.cameras))

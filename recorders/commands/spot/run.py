@@ -6,28 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from recorders.commands.spot.options import (
-    FRONT_CAMERAS,
-    IMAGES_HZ,
-    LOOK_S,
-    Cameras,
-    Certificate,
-    ContinueAfterOutage,
-    DryRun,
-    FurnitureOpen,
-    ImagesHz,
-    LogSerial,
-    LookSeconds,
-    OperatorName,
-    OwnEstop,
-    Robot,
-    SiteOption,
-    SpeedLimit,
-    TakeLease,
-    camera_names,
-    check_run,
-)
-from workbench.options import Force, Json, MemoryLogs, MoveRatesFile, ServePort
+from recorders.commands.spot.options import Robot, RunOptions, SiteOption
+from workbench.options import MemoryLogs, MoveRatesFile
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -46,27 +26,13 @@ def run(
         Option("--estimator", help="counts, fcnn, best, people, mixed, a .safetensors, a .prompt, or module:Class."),
     ] = "best",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
-    speed: SpeedLimit = None,
-    look: LookSeconds = LOOK_S,
-    images_hz: ImagesHz = IMAGES_HZ,
-    take_lease: TakeLease = False,
-    own_estop: OwnEstop = False,
     map_folder: Annotated[
         Path | None, Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
     ] = None,
-    cameras: Cameras = FRONT_CAMERAS,
-    furniture_open: FurnitureOpen = False,
-    resume: ContinueAfterOutage = False,
     memory: MemoryLogs = None,
     rates: MoveRatesFile = None,
-    dry_run: DryRun = False,
-    serve: ServePort = None,
-    operator: OperatorName = "",
-    serial: LogSerial = True,
-    certificate: Certificate = None,
     seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
-    force: Force = False,
-    json: Json = False,
+    options: RunOptions = RunOptions(),
 ) -> None:
     """Run a task on a Spot and record it; the lease is always returned.
 
@@ -87,13 +53,11 @@ def run(
     from recorders.earlier_runs import memory_now
     from recorders.spot.client.connection import RobotAddress
     from recorders.spot.run.run import RobotRun
-    from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import delivery_of, site_task
-    from recorders.spot.session.session import Rates
     from recorders.spot.tags.pictures import require_detector
     from workbench.worlds.sites.site import load_site
 
-    check_run(output, replaces=force or dry_run, speed=speed, look=look, images_hz=images_hz)
+    options.check(output)
     place, address = load_site(site), RobotAddress.read(robot)
     require_detector(place)
     wanted = RobotRun(
@@ -102,44 +66,33 @@ def run(
         strategy=strategy,
         estimator=estimator,
         seed=seed,
-        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=resume),
-        rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
-        take_lease=take_lease,
-        own_estop=own_estop,
+        settings=options.settings(),
+        rates=options.rates(),
+        take_lease=options.take_lease,
+        own_estop=options.own_estop,
         map_folder=map_folder,
-        operator_name=operator,
-        log_serial=serial,
+        operator_name=options.operator,
+        log_serial=options.serial,
         memory=memory_now(memory, rates, place.plan),
     )
-    report = connect_and_run(
-        wanted, address, output, certificate=certificate, serve=serve, force=force, dry_run=dry_run
-    )
-    if report is not None:
-        print_report(report, output, as_json=json)
+    connect_and_run(wanted, address, output, options)
 
 
-def connect_and_run(
-    wanted: RobotRun,
-    address: RobotAddress,
-    output: Path,
-    *,
-    certificate: Path | None,
-    serve: int | None,
-    force: bool,
-    dry_run: bool,
-) -> RunReport | None:
-    """Connect to the robot and run, or print the first plan only; the report of the run, if there was one."""
+def connect_and_run(wanted: RobotRun, address: RobotAddress, output: Path, options: RunOptions) -> None:
+    """Connect to the robot, run, and print how it ended; with --dry-run print the first plan only."""
     from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, find_credentials, talking_to
     from recorders.spot.run.run import setup_of
 
     ready = setup_of(wanted)
+    certificate = options.certificate
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
-        if dry_run:
+        if options.dry_run:
             print_plan(connection, wanted, ready)
-            return None
-        with watched(output.name, serve) as audience:
-            return run_by_keys(connection, replace(wanted, audience=audience), ready, output, force=force)
+            return
+        with watched(output.name, options.serve) as audience:
+            report = run_by_keys(connection, replace(wanted, audience=audience), ready, output, force=options.force)
+    print_report(report, output, as_json=options.json)
 
 
 def print_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
@@ -173,7 +126,7 @@ def run_by_keys(connection: Connection, wanted: RobotRun, ready: RunSetup, outpu
             stop=stop,
             operator=keys,
             force=force,
-            hear=lambda e: say(event_line(e)),
+            on_event=lambda e: say(event_line(e)),
         )
 
 

@@ -2,8 +2,8 @@
 
 bosdyn-client estimates the skew between the robot's clock and ours from round trips (TimeSyncService); robot stamps
 minus the skew are in our time. Its thread ends for good at the first call that fails, while its endpoint goes on with
-the last skew: SyncedClock notices, asks anew, and says for how long the skew has been old. Waiting also goes through
-the clock, so that a simulated robot can be stepped.
+the last skew: SyncedClock notices, starts it again, and reports how old the skew is. Waiting also goes through the
+clock, so that a simulated robot can be stepped.
 """
 
 from __future__ import annotations

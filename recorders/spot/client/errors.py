@@ -147,7 +147,7 @@ class NotLocalized(Failed):
 
 
 class StillHolding(Failed):
-    """The gripper holds something that no log tells of."""
+    """The gripper holds something that is in no log."""
 
     def __init__(self, host: str) -> None:
         super().__init__(

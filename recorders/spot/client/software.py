@@ -57,8 +57,8 @@ def client_version() -> str:
 def fit_to(software: SoftwareVersion, service: str, client: Any) -> None:
     """Let a client of GraphNav not try to stream a graph where the robot's software cannot.
 
-    Otherwise the SDK asks in vain, and prints to standard output that it did (graph_nav.py, download_graph), in the
-    midst of what a command prints for scripts.
+    Otherwise the SDK tries, fails, and says so on standard output (graph_nav.py, download_graph), amid what a command
+    prints for scripts.
     """
     if service == "graph-nav-service" and (0, 0, 0) < software < GRAPH_STREAMING_SINCE:
         client._use_streaming_graph_upload = False

@@ -337,4 +337,5 @@ _FAILED = (
     manipulation_api_pb2.MANIP_STATE_GRASP_PLANNING_NO_SOLUTION,
     manipulation_api_pb2.MANIP_STATE_GRASP_FAILED_TO_RAYCAST_INTO_MAP,
 )
-"""At the edge of the hand camera's view (WAITING_DATA_AT_EDGE) the robot aims anew by itself: that is no end."""
+"""At the edge of the hand camera's view (WAITING_DATA_AT_EDGE) the robot aims again by itself: the grasp has not
+ended."""

@@ -70,7 +70,7 @@ class WalkEnd:
 
 
 def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
-    """Walk once. Wherever it does not arrive, the robot was told to stop.
+    """Walk once. If it does not arrive, the robot has been commanded to stop.
 
     Args:
         walked: records the robot's positions.

@@ -19,7 +19,7 @@ class OperatorRequests:
     """The operator's requests, set by a thread that reads keys and taken by the run.
 
     Attributes:
-        paused: whether the robot is to stand until it is told to go on.
+        paused: whether the robot stands until the operator lets it go on.
     """
 
     paused: bool = False
@@ -33,7 +33,7 @@ class OperatorRequests:
 
     @property
     def skipping(self) -> bool:
-        """Whether the container at hand is to be skipped, without taking the wish."""
+        """Whether the container at hand is to be skipped; the request stays."""
         return self._skip
 
     def there(self, item: Item) -> None:
@@ -41,13 +41,13 @@ class OperatorRequests:
             self._there.append(item)
 
     def take_skip(self) -> bool:
-        """Whether the container at hand is to be skipped; asked for once."""
+        """Whether the container at hand is to be skipped; the request is then taken."""
         with self._lock:
             skip, self._skip = self._skip, False
             return skip
 
     def take_there(self) -> tuple[Item, ...]:
-        """The items that the operator says are here; told once."""
+        """The items that the operator says are here; returned once."""
         with self._lock:
             items, self._there = tuple(self._there), []
             return items

@@ -75,11 +75,10 @@ class ResumedKnowledge:
 def look_where_items_were_put(world: SpotWorld, earlier: ResumedKnowledge) -> None:
     """Let the world know what was taken over, after a look wherever an item was put down and nobody looked.
 
-    What lies beside such an item is not known without a look, and what is known of it cannot be told otherwise.
-    A look that is refused leaves the container unknown.
+    What is beside such an item is unknown without a look. A look that is refused leaves the container unknown.
 
     Raises:
-        StillHolding: the gripper holds something, so that the logs do not tell where it is.
+        StillHolding: the gripper holds something, and the logs do not say where it is from.
         RunStopped: as for every step.
     """
     _check_gripper(world)

@@ -56,7 +56,7 @@ class RobotRun:
         take_lease, own_estop: as in Control.
         operator_name: who runs it, for the log. log_serial: whether the log names the robot's serial number.
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
-        earlier: what it takes over from earlier logs of the place; None for a run that begins anew.
+        earlier: what it takes over from earlier logs of the place; None for a run from scratch.
         audience: viewers that are shown every message once it is written.
         show_status: called with the session's status, once a second.
         memory: what the robot remembers of earlier runs in this place.
@@ -108,12 +108,12 @@ def run_and_record(
     operator: Operator | None = None,
     force: bool = False,
     setup: RunSetup | None = None,
-    hear: Callable[[Event], None] | None = None,
+    on_event: Callable[[Event], None] | None = None,
 ) -> RunReport:
     """Run a task on a robot and record it; the lease is always returned.
 
     Args:
-        setup: from setup_of, if that was called before. hear: called with every event.
+        setup: from setup_of, if that was called before. on_event: called with every event.
 
     Raises:
         as for Connection and Control before the run; a started run always ends with a status.
@@ -146,7 +146,7 @@ def run_and_record(
             try:
                 start_ns = world.now_ns()
                 events = stopping_on_error(setup.events(world), world, control, run.task)
-                seen = _record_events(events, recorder, session, hear)
+                seen = _record_events(events, recorder, session, on_event)
                 _dock_at_the_end(world, seen)
             finally:
                 control.give_back()
@@ -248,7 +248,7 @@ def _sought(run: RobotRun) -> tuple[Item, ...]:
 
 
 def _record_events(
-    events: Iterable[Event], recorder: RunRecorder, session: Session, hear: Callable[[Event], None] | None
+    events: Iterable[Event], recorder: RunRecorder, session: Session, on_event: Callable[[Event], None] | None
 ) -> list[Event]:
     """Record the events one by one while the session runs."""
     seen: list[Event] = []
@@ -259,8 +259,8 @@ def _record_events(
             session.live.doing = coming.after(event)
             recorder.record(event)
             seen.append(event)
-            if hear is not None:
-                hear(event)
+            if on_event is not None:
+                on_event(event)
 
     if isinstance(clock, SteppedSessionClock):
         clock.on_step = session.tick
@@ -328,7 +328,7 @@ def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
 
 def _as_found(world: SpotWorld, run: RobotRun) -> dict[str, object]:
     """What was found before the first decision: whose e-stop guards the run, where the robot was localised, and what
-    earlier logs told."""
+    earlier logs knew."""
     localized = None if world.localized is None else asdict(world.localized)
     return {
         "estop_guard": world.control.estop_guard,

@@ -50,7 +50,7 @@ class ActionDeriver:
         given_moves: do not derive moves, because they are reported by `moved`.
         closed_needs_word: a closed container in which nothing is seen counts as looked into only if `opened` was
             called during the visit; else nobody knows whether it was open.
-        furniture_open: somebody's word that all closed furniture was opened before.
+        furniture_open: an operator's assurance that all closed furniture was opened before.
         perception: how surely a look shows what is there.
         judge: says which looks are inconclusive; they become no event and are listed in `inconclusive`.
     """
@@ -272,7 +272,7 @@ class ActionDeriver:
         self._observe(LookResult(start_ns=start_ns, end_ns=end_ns, container=container.id, items=items), robot)
 
     def _observe(self, look: LookResult, robot: Point) -> None:
-        """Tell of a look, and know what it shows."""
+        """Report a look, and add its contents to the knowledge."""
         container, at = self.site.plan.container(look.container), LocationId(look.container)
         made = look_made(self.perception, self.task, self.knowledge, container, robot, look)
         self.searches += 1

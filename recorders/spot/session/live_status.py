@@ -20,10 +20,10 @@ TAGS_SHOWN = 3
 
 @dataclass(slots=True)
 class LiveStatus:
-    """What the streams of a session last told; each part is set by one thread.
+    """The last reports of a session's streams; each part is set by one thread.
 
     Attributes:
-        battery_percent: 0 to 100; negative where the robot has not told it.
+        battery_percent: 0 to 100; negative until the robot reports it.
         tags: when each tag was last detected, by the name of its item, or its number.
         doing: what the robot is about to do, in words; "" where it is not driven from here.
     """
@@ -69,7 +69,7 @@ def status_words(status: SessionStatus) -> str:
 
 
 def _free_mb(output: Path) -> int:
-    """Room on the disk of a file in MB; 0 where it cannot be told."""
+    """Free space on the disk of a file in MB; 0 where it is unknown."""
     try:
         return shutil.disk_usage(output.absolute().parent).free // 1_000_000
     except OSError:

@@ -212,7 +212,7 @@ def _pictures(session: Session, known: _SharedState) -> None:
 
 
 def _tags(session: Session, known: _SharedState, found: Sequence[TagDetection]) -> None:
-    """Log detections that are new, and tell the watch and viewers of those that count."""
+    """Log new detections, and pass those that count to the listener and to viewers."""
     now, site = session.now_ns(), session.site
     counting = relevant_detections(site, found)
     placed = {id(one.detection): one for one in place_on_map(found, known.map_tform_odom)}

@@ -100,7 +100,7 @@ class Session:
         taken: answers per stream. skipped: polls skipped because the previous one was still running.
         failed: failed polls per stream. troubles: error of each stream that fails while others work.
         gaps: durations of outages in seconds.
-        live: what the streams last told. show_status: called with each status message.
+        live: the last reports of the streams. show_status: called with each status message.
     """
 
     def __init__(self, connection: Connection, site: Site, sink: Sink, *, rates: Rates | None = None) -> None:

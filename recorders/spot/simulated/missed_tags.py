@@ -1,7 +1,7 @@
 """Misses of the simulated tag detector, more frequent with distance and angle.
 
 From one viewpoint it misses a tag or it does not, however long it looks: misses from one place are correlated (Velez
-et al., JAIR 44, 2012). The draws go by the seed, the tag and the place alone, so that the same run is the same run.
+et al., JAIR 44, 2012). The draws depend only on the seed, the tag and the place: the same run misses the same.
 """
 
 from __future__ import annotations

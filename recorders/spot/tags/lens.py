@@ -38,7 +38,7 @@ class Lens:
 
     @property
     def is_known(self) -> bool:
-        """Whether the robot told it: image sources without intrinsics have zeros."""
+        """Whether the robot reported it: image sources without intrinsics have zeros."""
         return self.fx > 0 and self.fy > 0
 
     def matrix(self) -> Floats:

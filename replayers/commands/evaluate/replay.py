@@ -123,7 +123,7 @@ def replay(
     faults = outside_bounds(found)
     _answer(found, faults, (estimator_names, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
     for one in skipped:
-        say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
+        say(f"skipped {one.task.scenario} in {one.task.house}: {one.reason}")
     unlike = [one for one in skipped if one.fault]
     if unlike:
         raise Failed(f"{len(unlike)} replays of runs that were not reproduced: {unlike[0].reason}")
@@ -137,12 +137,14 @@ def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str,
     from replayers.counterfactual.sandbox import is_foreign
     from workbench.errors import BadValue
     from workbench.planning.scenarios.paper import family_of
+    from workbench.planning.strategies import strategy
     from workbench.plugins import NameOrigin
 
     names = strategies_named(strategies, with_truth=False)
     wanted = tuple(s.strip() for s in scenarios.split(",") if s.strip())
     for name in names:
-        is_foreign(name, origin=NameOrigin.USER)  # refuses what is no strategy
+        if is_foreign(name, origin=NameOrigin.USER):  # refuses what is no strategy
+            strategy(name, origin=NameOrigin.USER)  # refuses what cannot be loaded: each strategy records here, too
     for scenario in wanted:
         family_of(scenario)  # refuses unknown scenarios
     if len(names) < 2:

@@ -153,7 +153,7 @@ def _pool(
     trials = pool_trials(replace(plan, places=left), workers=on.workers, scheduler=on.scheduler)
     for one in progress(trials, title="driving and replaying", total=len(left)):
         if isinstance(one, SkippedTask):
-            skipped.append(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
+            skipped.append(f"skipped {one.task.scenario} in {one.task.house}: {one.reason}")
             continue
         found.append(one)
         if path is not None:

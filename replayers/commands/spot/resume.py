@@ -5,26 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from recorders.commands.spot.options import (
-    FRONT_CAMERAS,
-    IMAGES_HZ,
-    LOOK_S,
-    Cameras,
-    Certificate,
-    ContinueAfterOutage,
-    DryRun,
-    FurnitureOpen,
-    ImagesHz,
-    LogSerial,
-    LookSeconds,
-    OperatorName,
-    OwnEstop,
-    Robot,
-    SiteOption,
-    SpeedLimit,
-    TakeLease,
-)
-from workbench.options import Force, Json, ServePort
+from recorders.commands.spot.options import Robot, RunOptions, SiteOption
 from workbench.parameters import Argument, Option
 
 DEFAULT_STRATEGY = "conditioned-lios"
@@ -48,21 +29,7 @@ def resume(
     output: Annotated[
         Path | None, Option("--output", "-o", help="The MCAP file to write; default: LOG-resumed.mcap.")
     ] = None,
-    speed: SpeedLimit = None,
-    look: LookSeconds = LOOK_S,
-    images_hz: ImagesHz = IMAGES_HZ,
-    cameras: Cameras = FRONT_CAMERAS,
-    take_lease: TakeLease = False,
-    own_estop: OwnEstop = False,
-    furniture_open: FurnitureOpen = False,
-    go_on: ContinueAfterOutage = False,
-    dry_run: DryRun = False,
-    serve: ServePort = None,
-    operator: OperatorName = "",
-    serial: LogSerial = True,
-    certificate: Certificate = None,
-    force: Force = False,
-    json: Json = False,
+    options: RunOptions = RunOptions(),
 ) -> None:
     """Resume an interrupted task from its log; the new log names the old one.
 
@@ -76,16 +43,13 @@ def resume(
 
         lios spot resume run.mcap monday.mcap --robot 192.168.80.3 --site home/site.yaml --held-at desk
     """
-    from recorders.commands.spot.options import camera_names, check_run
-    from recorders.commands.spot.run import connect_and_run, print_report
+    from recorders.commands.spot.run import connect_and_run
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
     from recorders.spot.client.connection import RobotAddress
     from recorders.spot.record_session import OPERATOR
     from recorders.spot.run.run import RobotRun
-    from recorders.spot.run.run_settings import RunSettings
-    from recorders.spot.session.session import Rates
     from recorders.spot.tags.pictures import require_detector
     from replayers.runs.resume_state import known_from_logs
     from replayers.runs.run import read
@@ -93,7 +57,7 @@ def resume(
 
     interrupted, *_ = logs
     output = output or interrupted.with_name(f"{interrupted.stem}-resumed.mcap")
-    check_run(output, replaces=force or dry_run, speed=speed, look=look, images_hz=images_hz)
+    options.check(output)
     place, address = load_site(site), RobotAddress.read(robot)
     require_detector(place)
     runs = [read(path) for path in logs]
@@ -105,18 +69,14 @@ def resume(
         estimator=estimator or before.info.estimator.partition("@")[0],
         seed=before.info.seed,
         costs=before.costs,
-        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=go_on),
-        rates=Rates(images_hz=images_hz, cameras=camera_names(cameras)),
+        settings=options.settings(),
+        rates=options.rates(),
         earlier=known_from_logs(
             runs, place.plan, place.travel, items=[item for _, item in sorted(place.tags.items())], held_at=held_at
         ),
-        take_lease=take_lease,
-        own_estop=own_estop,
-        operator_name=operator,
-        log_serial=serial,
+        take_lease=options.take_lease,
+        own_estop=options.own_estop,
+        operator_name=options.operator,
+        log_serial=options.serial,
     )
-    report = connect_and_run(
-        wanted, address, output, certificate=certificate, serve=serve, force=force, dry_run=dry_run
-    )
-    if report is not None:
-        print_report(report, output, as_json=json)
+    connect_and_run(wanted, address, output, options)

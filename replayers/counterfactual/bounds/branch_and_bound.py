@@ -7,9 +7,9 @@ expensive. When the budget is spent, the intervals are still bounds, and the res
 holds for a node holds for its children, so that an interval only ever narrows, and with it the bounds as the budget
 grows.
 
-Where beliefs follow all that is seen (run_tree.RunTree.certain), a run that goes by them is not followed beyond
-its first open container: what else lay there would have moved them, and nobody can list that. Its interval from
-outside holds whatever is believed. Where the log rounded beliefs, the same holds from the start on.
+Where beliefs follow all that is seen (run_tree.RunTree.certain), a run that depends on them is not followed beyond
+its first open container: the other contents there would have changed them, and cannot be enumerated. Its outer
+interval holds for all beliefs. Where the log rounded beliefs, the same holds from the start on.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ Side = Literal["low", "high"]
 
 
 def bounds_of(
-    tree: RunTree, *, budget: Budget, whatever_is_believed: bool = True, memory: SearchCache | None = None
+    tree: RunTree, *, budget: Budget, whatever_is_believed: bool = True, cache: SearchCache | None = None
 ) -> Bounds:
     """The bounds of a strategy's cost over one log.
 
     Args:
         whatever_is_believed: follow a run only as far as it does not depend on what else open containers hold;
             otherwise assume that they hold nothing but the task's types.
-        memory: cache of the searches over one log; strategies may share it.
+        cache: the searches over one log; strategies may share it.
     """
-    outside = (memory if memory is not None else SearchCache()).outside(tree.evidence, tree.relevance, tree.traits)
+    outside = (cache if cache is not None else SearchCache()).outside(tree.evidence, tree.relevance, tree.traits)
     return BoundSearch(tree, budget, outside, only_certain=whatever_is_believed).bounds()
 
 
@@ -128,19 +128,19 @@ class BoundSearch:
         while node in self._followed:
             way.append(node)
             segment = self._tree.advance(node)
-            if segment.question is None or not self._may_expand(node):
+            if segment.unobserved is None or not self._may_expand(node):
                 break
             cost += segment.cost
-            node = self._tree.child(node, self._choice(node, segment.question, side, cost))
+            node = self._tree.child(node, self._choice(node, segment.unobserved, side, cost))
         self._expand(node)
         for passed in reversed(way):
             self._update_from_children(passed)
 
-    def _choice(self, node: Node, question: UnobservedLook, side: Side | None, cost: float) -> Answer:
+    def _choice(self, node: Node, unobserved: UnobservedLook, side: Side | None, cost: float) -> Answer:
         """The answer whose branch decides an end of the root's interval."""
-        below = {a: self._intervals[node.children[a]] for a in question.options}
-        left = [a for a in question.options if not below[a].spent]
-        among = left or list(question.options)
+        below = {a: self._intervals[node.children[a]] for a in unobserved.options}
+        left = [a for a in unobserved.options if not below[a].spent]
+        among = left or list(unobserved.options)
         if side == "low":
             return min(among, key=lambda a: below[a].lower(cost, self._failure))
         if side == "high":
@@ -159,13 +159,13 @@ class BoundSearch:
             before.spent = True
             return
         segment = self._tree.advance(node)
-        question = segment.question
-        if question is None:
+        unobserved = segment.unobserved
+        if unobserved is None:
             self._intervals[node] = Interval.at_end(segment.cost, done=segment.done)
         else:
-            looks = question.walk is None
-            self._is_straight = self._is_straight and not (looks and self._most.nothing_missing(question.knowledge))
-            for answer in question.options:
+            looks = unobserved.walk is None
+            self._is_straight = self._is_straight and not (looks and self._most.nothing_missing(unobserved.knowledge))
+            for answer in unobserved.options:
                 child = self._tree.child(node, answer)
                 if child not in self._intervals:
                     interval = self._outside.interval(child.knowledge, walking=child.walk is not None)
@@ -177,8 +177,8 @@ class BoundSearch:
                         self._waiting[child] = most
                     if self._tree.traits.plans_shortest and self._most.nothing_missing(child.knowledge):
                         self._known[child] = most
-            if question.others:
-                others = self._outside.interval(question.knowledge, walking=question.walk is not None)
+            if unobserved.others:
+                others = self._outside.interval(unobserved.knowledge, walking=unobserved.walk is not None)
                 others.narrow_to(before, behind=segment.cost)
                 others.spent = True
                 self._others[node] = others
@@ -190,12 +190,12 @@ class BoundSearch:
     def _update_from_children(self, node: Node) -> None:
         """A node's interval from those of its children, no wider than before."""
         segment = self._tree.advance(node)
-        question = segment.question
-        if question is None or not self._may_expand(node):
+        unobserved = segment.unobserved
+        if unobserved is None or not self._may_expand(node):
             return
         cost = segment.cost
-        below = [self._intervals[node.children[a]] for a in question.options]
-        below += [self._others[node]] if question.others else []
+        below = [self._intervals[node.children[a]] for a in unobserved.options]
+        below += [self._others[node]] if unobserved.others else []
         interval = Interval.over(below, cost)
         interval.narrow_to(self._intervals[node])
         self._intervals[node] = interval
@@ -203,14 +203,14 @@ class BoundSearch:
     def _attaining_leaf(self, side: Side) -> Leaf | None:
         """A run end with the least, or the greatest, cost found."""
 
-        def choose(question: UnobservedLook) -> Answer:
+        def choose(unobserved: UnobservedLook) -> Answer:
             nonlocal node, cost
             cost += self._tree.advance(node).cost
-            below = {a: self._intervals[node.children[a]] for a in question.options}
+            below = {a: self._intervals[node.children[a]] for a in unobserved.options}
             answer = (
-                min(question.options, key=lambda a: below[a].least_found(cost, self._failure))
+                min(unobserved.options, key=lambda a: below[a].least_found(cost, self._failure))
                 if side == "low"
-                else max(question.options, key=lambda a: below[a].largest_found(cost, self._failure))
+                else max(unobserved.options, key=lambda a: below[a].largest_found(cost, self._failure))
             )
             node = self._tree.child(node, answer)
             return answer
@@ -228,16 +228,16 @@ class BoundSearch:
         while waiting:
             node, interval, cost, filled = waiting.pop()
             open_node = node in self._followed and self._may_expand(node)
-            question = self._tree.advance(node).question if open_node else None
-            if question is None:
+            unobserved = self._tree.advance(node).unobserved if open_node else None
+            if unobserved is None:
                 yield self._group(interval, cost, filled)
                 continue
             behind = self._tree.advance(node).cost
             cost += behind
-            if question.others:
+            if unobserved.others:
                 yield self._group(self._others[node].narrowed_to(interval, behind=behind), cost, filled)
-            for answer in reversed(question.options):
-                assigned = Assignment(container=question.container, live=question.live, answer=answer)
+            for answer in reversed(unobserved.options):
+                assigned = Assignment(container=unobserved.container, live=unobserved.live, answer=answer)
                 child = node.children[answer]
                 below = self._intervals[child].narrowed_to(interval, behind=behind)
                 waiting.append((child, below, cost, (*filled, assigned)))

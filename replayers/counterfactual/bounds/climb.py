@@ -59,10 +59,10 @@ def all_in_first(tree: RunTree) -> Leaf:
     """The end of the run in the world whose first open container holds all that matters."""
     first = True
 
-    def choose(question: UnobservedLook) -> Answer:
+    def choose(unobserved: UnobservedLook) -> Answer:
         nonlocal first
-        answer, first = (_possible(question) if first else NOTHING), False
-        return answer if _allows(question, answer) else question.options[0]
+        answer, first = (_possible(unobserved) if first else NOTHING), False
+        return answer if _allows(unobserved, answer) else unobserved.options[0]
 
     return tree.follow(choose)
 
@@ -78,25 +78,27 @@ def _neighbours(tree: RunTree, leaf: Leaf) -> Iterator[Answers]:
 
 
 def _chooser(answers: Answers) -> Choose:
-    def choose(question: UnobservedLook) -> Answer:
-        answer = tuple(t for t in answers.get(question.container, NOTHING) if t in question.live)
-        return answer if _allows(question, answer) else question.options[0]
+    def choose(unobserved: UnobservedLook) -> Answer:
+        answer = tuple(t for t in answers.get(unobserved.container, NOTHING) if t in unobserved.live)
+        return answer if _allows(unobserved, answer) else unobserved.options[0]
 
     return choose
 
 
-def _allows(question: UnobservedLook, answer: Answer) -> bool:
+def _allows(unobserved: UnobservedLook, answer: Answer) -> bool:
     """Whether a container can give an answer: types that the options name, and all that the last one must hold."""
-    if answer in question.options:
+    if answer in unobserved.options:
         return True
     return (
-        question.others
-        and set(answer) <= set(_possible(question))
+        unobserved.others
+        and set(answer) <= set(_possible(unobserved))
         and (
-            Counter(question.options[0]) <= Counter(answer) if question.possible is None else question.allows(answer)
+            Counter(unobserved.options[0]) <= Counter(answer)
+            if unobserved.possible is None
+            else unobserved.allows(answer)
         )
     )
 
 
-def _possible(question: UnobservedLook) -> tuple[ItemType, ...]:
-    return tuple(sorted({t for option in question.options for t in option}))
+def _possible(unobserved: UnobservedLook) -> tuple[ItemType, ...]:
+    return tuple(sorted({t for option in unobserved.options for t in option}))

@@ -1,15 +1,15 @@
-"""The most that is left to pay for a strategy that looks into the nearest container first, over all ways of
-interrupting its looks.
+"""An upper bound on the remaining cost of a strategy that looks into the nearest container first, over all ways in
+which errands can interrupt its looks.
 
 Between two errands such a strategy goes from container to container, always to the nearest one left: where it stands
 and what is left decide the whole chain. Only an errand (fetch a found item, bring it to where the goal wants it)
 takes it elsewhere, and each part of the goal takes one errand at most. So every run is a few chains with an errand
 between one and the next, and there are few enough of them to try them all: each length of each chain, each part, and
-of the places where its item may have been found so far the one that makes the errand longest. What the log shows,
-and what the inventory says to be somewhere, ends a chain: nobody looks while nothing is missing.
+of the places where its item may have been found so far the one that makes the errand longest. What the log shows, and
+what must exist by the inventory, ends a chain: the robot looks only while something is missing.
 
-Which errand a strategy runs when, and what open containers hold, is left open, so that no consistent world and no
-choice of the planner exceeds the bound. Compiled with numba.
+The order of errands and the contents of open containers are left open, so no consistent world and no choice of the
+planner exceeds the bound. Compiled with numba.
 """
 
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
@@ -43,7 +43,7 @@ class _Errands(NamedTuple):
         metres: between all locations, shape (locations, locations).
         robot: location index.
         containers: location indices in the plan's order, shape (n,).
-        unseen: whether nobody saw what a container holds, shape (n,).
+        unseen: whether a container's contents are unknown, shape (n,).
         shown: whether the log shows a part's item in it, shape (parts, n).
         may: whether a part's item may be found in it, shape (parts, n).
         targets: location indices, shape (parts,).
@@ -89,7 +89,8 @@ class NearestFirstBound:
         self._exist = frozenset() if relevance.hidden else relevance.must_exist - seen
 
     def remaining_cost(self, knowledge: Knowledge) -> float:
-        """The most that is left to pay from a state on, if it gets done; infinite where this bound says nothing."""
+        """The upper bound on the remaining cost from a state on, if the task gets done; infinite where it does not
+        apply."""
         if not self._applies or knowledge.holding is not None or knowledge.closed or knowledge.again:
             return NO_BOUND
         left = [part for part in self._parts if not is_met(part, knowledge)]
@@ -139,8 +140,8 @@ def _deliveries(goal: Goal) -> tuple[Delivered, ...]:
 
 @njit(cache=True, nogil=True)
 def _most(state: _Errands) -> float:
-    """The most expensive of all runs: depth first over the parts that errands bring while something is missing, one
-    level for each chain of looks."""
+    """The cost of the most expensive run: depth first over the parts that errands bring while something is missing,
+    one level for each chain of looks."""
     parts, n = state.may.shape
     gone = np.zeros((parts + 1, n), np.bool_)
     chain = np.zeros((parts + 1, n), np.int64)
@@ -149,7 +150,7 @@ def _most(state: _Errands) -> float:
     part, brought = np.zeros(parts + 1, np.int64), np.zeros(parts + 1, np.int64)
     begin = np.zeros(parts + 1, np.int64)
     begin[0] = state.robot
-    length[0] = _chain(state, state.robot, 0, gone[0].copy(), chain[0], spent[0])
+    length[0] = _chain(state, state.robot, brought[0], gone[0].copy(), chain[0], spent[0])
     level, most = 0, 0.0
     while level >= 0:
         k, p = walked[level], part[level]
@@ -175,7 +176,8 @@ def _most(state: _Errands) -> float:
             continue
         level += 1
         brought[level] = brought[level - 1] | 1 << p
-        gone[level] = gone[level - 1]
+        for c in range(n):
+            gone[level, c] = gone[level - 1, c]
         begin[level] = state.targets[p]
         spent[level, 0] = spent[level - 1, k] + errand
         walked[level], part[level] = 0, 0
@@ -185,7 +187,7 @@ def _most(state: _Errands) -> float:
 
 @njit(cache=True, nogil=True)
 def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> float:
-    """The most that is left once a look into container `last` shows the last missing item; 0 where it cannot."""
+    """The largest remaining cost once a look into container `last` shows the last missing item; 0 where it cannot."""
     most, place = 0.0, int(state.containers[last])
     for found in range(len(state.targets)):
         if brought >> found & 1 or not state.missing[found] or not state.may[found, last]:

@@ -46,22 +46,22 @@ class SearchCache:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Remembered:
+class CachedPolicy:
     """A policy that computes each search once."""
 
     policy: SearchPolicy
-    memory: SearchCache
+    cache: SearchCache
 
     @property
     def name(self) -> str:
         return self.policy.name
 
     def order(self, query: SearchQuery) -> Order:
-        return self.memory.orders.get(self._key(query), lambda: self.policy.order(query))
+        return self.cache.orders.get(self._key(query), lambda: self.policy.order(query))
 
     def first(self, query: SearchQuery) -> ContainerId | None:
         """Where the policy looks first."""
-        return self.memory.firsts.get(self._key(query), lambda: first_stop(self.policy, query))
+        return self.cache.firsts.get(self._key(query), lambda: first_stop(self.policy, query))
 
     def _key(self, query: SearchQuery) -> Hashable:
         belief = query.belief
@@ -71,17 +71,17 @@ class Remembered:
 
 @final
 @dataclass(frozen=True, slots=True)
-class RememberedPricing:
+class CachedPricing:
     """A find cost that computes each table once."""
 
     pricing: FindPricing
-    memory: SearchCache
+    cache: SearchCache
 
-    def price(self, question: FindCostRequest) -> FindCosts:
-        belief = question.belief
+    def price(self, request: FindCostRequest) -> FindCosts:
+        belief = request.belief
         about = (belief.item_types, belief.containers, belief.probability.tobytes(), belief.estimator)
-        key = (self.pricing, about, tuple(question.origins), tuple(question.targets), question.costs)
-        return self.memory.prices.get(key, lambda: self.pricing.price(question))
+        key = (self.pricing, about, tuple(request.origins), tuple(request.targets), request.costs)
+        return self.cache.prices.get(key, lambda: self.pricing.price(request))
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return self.pricing.meeting_places(belief)

@@ -7,8 +7,8 @@ A closer one is for those that look into the nearest container first (nearest_le
 
 Where a recorded pick failed and left the item there, a strategy may come back for it, and there is no such bound.
 
-Where things are to be prepared there is no such bound either. After every look a cook may change its mind about what
-to prepare, with what, and where, and carry things once more: nothing that is known of a strategy says how often.
+Where things are to be prepared there is no such bound either. After every look a strategy may decide to prepare other
+items, with other tools or elsewhere, and carry things once more; how often is not known.
 """
 
 from __future__ import annotations

@@ -38,19 +38,19 @@ class WorldSearch:
 
 
 def search_worlds(
-    tree: RunTree, worlds: SampledWorlds | None, budget: Budget, memory: SearchCache, *, by_names: bool
+    tree: RunTree, worlds: SampledWorlds | None, budget: Budget, cache: SearchCache, *, by_names: bool
 ) -> WorldSearch:
     """Searches the worlds for the bounds, then follows the drawn ones.
 
     Args:
         worlds: the drawn ones; None without an estimate.
-        memory: cache of the searches over the log.
+        cache: the searches over the log.
         by_names: beliefs go by names alone and are the robot's own, so that bounds need no condition.
     """
-    bounds = bounds_of(tree, budget=budget, memory=memory)
+    bounds = bounds_of(tree, budget=budget, cache=cache)
     standing = None
     if not bounds.complete and not by_names:
-        standing = bounds_of(tree, budget=budget, whatever_is_believed=False, memory=memory)
+        standing = bounds_of(tree, budget=budget, whatever_is_believed=False, cache=cache)
     drawn, estimate, ends = None, None, ()
     if worlds is not None:
         drawn, done = costs_in(worlds, tree, max_segments=budget.draws)

@@ -1,8 +1,7 @@
 """Mean cost and predictive interval of a counterfactual run, over worlds sampled from the belief.
 
 Everything here is sampled and says so: means with a Monte-Carlo interval, a predictive interval of the cost itself.
-Bounds stand elsewhere (bounds.py), and how often such
-estimates come true is measured by calibration.py.
+Bounds are in bounds.py, and calibration.py measures how often such estimates hold.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Samples of the items that the recorded looks overlooked, given the log and the number of misses.
 
-A type that lies in a container with probability P and that n looks would each have missed with chance 1 - p is there,
+A type that is in a container with probability P and that n looks would each have missed with chance 1 - p is there,
 unseen, with odds P / (1 - P) times (1 - p)^n (Bayes). Worlds are drawn exactly given the total number of overlooked
 items: forward the weights of every number for each type, backward a number for each type and the containers.
 """

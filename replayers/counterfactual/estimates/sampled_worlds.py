@@ -48,9 +48,9 @@ class SampledWorlds:
     def chooser(self, world: int) -> Choose:
         """A function that gives the contents of each open container of a run as they are in one world."""
 
-        def choose(question: UnobservedLook) -> Answer:
-            answer = self.answer(world, question.container, question.live)
-            return answer if question.allows(answer) else question.options[0]
+        def choose(unobserved: UnobservedLook) -> Answer:
+            answer = self.answer(world, unobserved.container, unobserved.live)
+            return answer if unobserved.allows(answer) else unobserved.options[0]
 
         return choose
 

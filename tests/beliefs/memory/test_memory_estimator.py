@@ -12,7 +12,7 @@ from workbench.beliefs.asking.answered_estimator import answered
 from workbench.beliefs.asking.state_questions import StateQuestions
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.memory.memory import Memory, NoEarlierRun, PastLook, remember
-from workbench.beliefs.memory.memory_estimator import MemoryEstimator, turned_over, with_memory, without_memory
+from workbench.beliefs.memory.memory_estimator import MemoryEstimator, rearranged, with_memory, without_memory
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
 from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, ItemType
@@ -80,7 +80,7 @@ def test_what_was_found_gone_makes_the_rest_less_sure() -> None:
     held = memory(look(TABLE, MUG), look(COUNTER, BOOK), look(FRIDGE, MUG), day=0.5)
     gone = start().seen(FRIDGE, ())
     there = start().seen(FRIDGE, (item("Mug|9"),))
-    assert turned_over(held, there) < turned_over(held, start()) < turned_over(held, gone)
+    assert rearranged(held, there) < rearranged(held, start()) < rearranged(held, gone)
     assert believed(held, MUG, TABLE, gone) < believed(held, MUG, TABLE) < believed(held, MUG, TABLE, there)
 
 

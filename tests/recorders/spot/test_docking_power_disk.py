@@ -99,7 +99,7 @@ def test_a_full_disk_stops_the_robot_on_its_way_and_says_so(
     with robot(clock=RunningClock()) as (spot, connection):
         run = replace(run_of(spot, "pes-greedy", poll_s=0.1), rates=Rates(images_hz=10.0))
         with pytest.raises(DiskFull, match="No space left"):
-            run_and_record(connection, run, tmp_path / "run.mcap", hear=heard.append)
+            run_and_record(connection, run, tmp_path / "run.mcap", on_event=heard.append)
         assert spot.state.body.walk is not None
         assert spot.state.body.walk.state != "arrived", "not at the end of the walk only"
         assert not spot.state.body.standing

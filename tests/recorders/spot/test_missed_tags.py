@@ -92,6 +92,7 @@ def test_the_sites_file_says_how_surely_looks_detect() -> None:
     assert (told.source, told.detector) == ("site", "robot")
 
 
+@pytest.mark.ci
 def test_a_robot_that_knows_of_misses_looks_again_and_its_log_verifies(tmp_path: Path) -> None:
     """From one viewpoint the simulated detector misses the same again, so most of what it missed stays missed."""
     with robot(configuration="A") as (spot, connection):

@@ -46,7 +46,7 @@ def interrupted(
         if isinstance(event, ActionEnded) and event.success and when(event):
             stop.press("stopped by key")
 
-    report = run_and_record(connection, run_of(spot, strategy), log, stop=stop, hear=hear)
+    report = run_and_record(connection, run_of(spot, strategy), log, stop=stop, on_event=hear)
     assert report.ended.status == "aborted"
     return read(log)
 

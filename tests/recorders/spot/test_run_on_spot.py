@@ -127,13 +127,13 @@ def test_a_network_that_goes_away(away_s: float, status: str, tmp_path: Path) ->
 
             control.GIVE_BACK_S, kept = 1.0, control.GIVE_BACK_S
             try:
-                report = run_and_record(connection, run, tmp_path / "run.mcap", hear=hear)
+                report = run_and_record(connection, run, tmp_path / "run.mcap", on_event=hear)
             finally:
                 control.GIVE_BACK_S = kept
             assert "did not answer" in report.ended.reason
             assert not report.lease_returned
         else:
-            report = run_and_record(connection, run, tmp_path / "run.mcap", hear=hear)
+            report = run_and_record(connection, run, tmp_path / "run.mcap", on_event=hear)
             assert report.gaps, "the gap is marked"
             assert is_free(spot)
     assert report.ended.status == status, report.ended.reason
@@ -150,7 +150,7 @@ def test_the_stop_key_ends_the_run_and_stops_the_robot(tmp_path: Path) -> None:
             stop.press("stopped by key")
 
     with robot() as (spot, connection):
-        report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap", stop=stop, hear=hear)
+        report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap", stop=stop, on_event=hear)
         assert report.ended.status == "aborted"
         assert report.ended.reason == "stopped by key"
         assert spot.state.leases.owner is None

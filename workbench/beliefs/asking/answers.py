@@ -79,7 +79,7 @@ class AnswerBook:
 
         Raises:
             NotAnswered: nobody recorded it, and nobody may be asked.
-            EstimatorFailed: who was asked gave none.
+            EstimatorFailed: no answer was given.
         """
         known = self._known.get(question) or self._from_cache(question)
         if known is None:

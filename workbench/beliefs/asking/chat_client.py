@@ -77,7 +77,7 @@ def _post(prompt: Prompt, endpoint: Endpoint, body: bytes, deadline: float) -> t
 
 
 def _read(reply: http.client.HTTPResponse, connection: http.client.HTTPConnection, deadline: float) -> bytes:
-    """The body, up to MAX_REPLY_BYTES and to the deadline: a server that dribbles does not hold us."""
+    """The body, up to MAX_REPLY_BYTES and to the deadline: a server that sends slowly cannot stall the caller."""
     blocks: list[bytes] = []
     while sum(map(len, blocks)) <= MAX_REPLY_BYTES:
         left = deadline - time.monotonic()

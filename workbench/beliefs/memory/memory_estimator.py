@@ -6,9 +6,10 @@ where the type was seen, 0 where it was not (or the posterior of a look that can
 estimator believes once it knows the remembered containers. k falls with the age of the look and with how often such
 things move.
 
-That the whole house was turned over, so that no memory holds, has a prior chance of its own. Every look into a
-remembered container tells: its posterior, by Bayes, takes its share from every k. A robot that finds the first three
-remembered things gone stops believing the rest.
+The hypothesis that everything in the house was rearranged, in which case no memory holds, has a prior probability of
+its own. Every look into a remembered container updates it by Bayes, and each k is multiplied by the posterior
+probability that the house was not rearranged. A robot that finds the first three remembered things gone stops
+believing the rest.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ from workbench.errors import BadValue
 from workbench.worlds.house import Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
-TURNED_OVER = 0.5
-"""Prior chance that everything was moved since the last look, whatever the rates say. Of 0.1, 0.25 and 0.5 the one
-that loses least where that is so, over 40 training houses; where one item in four has moved, all save much alike."""
+REARRANGED = 0.5
+"""Prior probability that everything was moved since the last look, whatever the rates say. Of 0.1, 0.25 and 0.5, this
+one loses least over 40 training houses in which that is so; where one item in four has moved, all three save about
+the same."""
 COMES_BACK = 0.1
 """Chance that a container from which a thing was moved holds one of its type again."""
 DIGITS = 12
@@ -60,7 +62,7 @@ class MemoryEstimator:
         now = self.base.believe(knowledge, item_types)
         if not now.probability.size:
             return replace(now, estimator=self.name)
-        holds = 1.0 - turned_over(self.memory, knowledge)
+        holds = 1.0 - rearranged(self.memory, knowledge)
         then = self._as_seen_last(knowledge, now)
         weight = holds * self._weights(now, knowledge)
         probability = np.round(weight * then + (1.0 - weight) * now.probability, DIGITS)
@@ -88,14 +90,14 @@ class MemoryEstimator:
     def _weights(self, belief: Belief, knowledge: Knowledge) -> Floats:
         """The chance that nothing has moved which the memory says of each pair, shape as the belief's.
 
-        A type that is gone from where it was seen has moved, perhaps to where it was not: of its other places the
-        memory then says nothing, but for those where another one was seen.
+        A type that is gone from where it was seen has moved, perhaps to a place where it was not seen before: the
+        memory then says nothing about its other places, except those where another instance was seen.
         """
         memory, remembered = self.memory, self.memory.by_container
         weights = np.zeros(belief.probability.shape)
         for i, item_type in enumerate(belief.item_types):
             gone = _is_gone(memory, knowledge, item_type)
-            elsewhere = 0.0 if gone else memory.stays(_telling(memory, item_type), item_type)
+            elsewhere = 0.0 if gone else memory.stays(_judging_look(memory, item_type), item_type)
             for j, container in enumerate(belief.containers):
                 look = remembered.get(container)
                 if look is None:
@@ -123,9 +125,9 @@ def without_memory(name: str) -> str:
     return name.partition(MARK)[0]
 
 
-def turned_over(memory: Memory, knowledge: Knowledge) -> float:
+def rearranged(memory: Memory, knowledge: Knowledge) -> float:
     """The posterior chance that everything was moved, given what is now in the remembered containers seen so far."""
-    moved, stands = TURNED_OVER, 1.0 - TURNED_OVER
+    moved, stands = REARRANGED, 1.0 - REARRANGED
     for container, items in sorted(knowledge.first_seen.items()):
         look = memory.by_container.get(container)
         if look is None:
@@ -164,7 +166,7 @@ def _shown(look: PastLook, belief: Belief, column: int) -> Floats:
     return np.where(seen, 1.0, empty)
 
 
-def _telling(memory: Memory, item_type: ItemType) -> PastLook:
+def _judging_look(memory: Memory, item_type: ItemType) -> PastLook:
     """The look by which a type's other places are judged: the last that showed it, else the last of all."""
     showed = [look for look in memory.looks if item_type in look.item_types]
     return max(showed or memory.looks, key=lambda look: (look.seen_ns, look.container))

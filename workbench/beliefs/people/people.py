@@ -1,8 +1,8 @@
 """The estimator `people`: where people say that an object belongs, in whatever house.
 
 The votes know 269 objects in 128 places (a receptacle in a kind of room). An object, a container's type and a room's
-kind that the votes do not name take those of the names that are closest among sentence vectors, each with a weight
-that falls with the angle, and the more of all names, the less alike the closest is; without a vector, of all alike.
+kind that the votes do not name take a weighted mean over the names that they do: weights fall with the angle between
+sentence vectors, and become more even the less similar the closest name is; without a vector, all weights are equal.
 How well a container fits is its share of votes; the chance that it holds an instance, given that the house has one,
 is shared out among all containers of the house in proportion to how well they fit. Observations change nothing.
 """
@@ -83,7 +83,7 @@ class PeopleEstimator:
     def _fit(self, item_type: str, room_kind: str, container_type: str) -> float:
         votes = self.votes
         places = self._weights(room_kind, votes.rooms) * self._weights(container_type, votes.receptacles)
-        if not places.any():  # such a room has no such receptacle in the votes: as in other rooms
+        if not places.any():  # the votes know no such receptacle in this kind of room: take those in other rooms
             places = self._weights(container_type, votes.receptacles)
         per_object = (votes.tidy + UNTIDY * votes.untidy) @ (places / places.sum())
         return FLOOR + (1.0 - FLOOR) * float(per_object @ self._weights(item_type, votes.objects))
@@ -91,7 +91,7 @@ class PeopleEstimator:
     def _weights(self, type_name: str, among: Sequence[str]) -> Floats:
         """How much each of the votes' names stands for a name, above 0, sums to 1, shape (among,).
 
-        The less alike the closest one is, the more they all count alike.
+        The less similar the closest name is, the more even the weights.
         """
         name = generic_name(type_name)
         same = np.array([other == name for other in among])

@@ -20,7 +20,7 @@ TYPES = (ItemType("Mug"), ItemType("Pillow"), ItemType("NobodyHasHeardOfIt"))
 
 
 def broken_rules(estimator: object, house: House | None = None) -> tuple[str, ...]:
-    """What an estimator breaks of its contract, one line each; empty if it keeps it.
+    """The rules of its contract that an estimator breaks, one line each; empty if it keeps all of them.
 
     It is asked about a dozen states of one house, as a run would ask. One whose answers cost something is asked each
     question once, and its answers are kept in the cache.
@@ -44,7 +44,7 @@ def broken_rules(estimator: object, house: House | None = None) -> tuple[str, ..
 
 
 def _answers(estimator: Estimator, house: House) -> Iterator[str]:
-    """It answers about every state, and about nothing."""
+    """It answers for every state of knowledge, also for no item types."""
     for knowledge in _states(house):
         for types in ((), TYPES[:1], TYPES):
             estimator.believe(knowledge, types)
@@ -62,7 +62,7 @@ def _repeats(estimator: Estimator, house: House) -> Iterator[str]:
 
 
 def _order_of_types(estimator: Estimator, house: House) -> Iterator[str]:
-    """A row does not depend on where it stands."""
+    """A row does not depend on its position among the item types."""
     knowledge = _states(house)[1]
     if isinstance(estimator, AnsweredEstimator):
         return  # another order is another question, which costs something
@@ -73,7 +73,7 @@ def _order_of_types(estimator: Estimator, house: House) -> Iterator[str]:
 
 
 def _names_alone(estimator: Estimator, house: House) -> Iterator[str]:
-    """One that says names_alone is moved by no observation: replays rely on that for exact bounds."""
+    """With names_alone, no observation changes its beliefs: replays rely on that for exact bounds."""
     if not uses_names_alone(estimator):
         return
     nothing, *others = (estimator.believe(knowledge, TYPES) for knowledge in _states(house))

@@ -1,7 +1,7 @@
 """Training of estimators for each fold, in this process, on several, or on a Dask cluster.
 
-A worker is told which houses and which fold, and reads the houses itself: files of houses and the folder of the
-weights must lie where all workers see them under the same names.
+A worker receives the names of the files and the number of the fold, and reads the houses itself: the files of houses
+and the folder of the weights must have the same paths on all workers.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def _stamp(file: Path) -> int:
     try:
         return file.stat().st_mtime_ns
     except OSError:
-        return 0  # what is missing, reading it tells
+        return 0  # reading the file will report that it is missing
 
 
 def _is_made(one: FoldTraining, fold_split: FoldSplit) -> bool:

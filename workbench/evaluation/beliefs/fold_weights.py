@@ -134,8 +134,8 @@ def make_folds(path: Path, folds: Folds, *, assets: Path | None, seed: int) -> F
         InputError: a file cannot be read, there are fewer houses than folds, or an evaluated house is also
             among the training-only houses under another name.
     """
-    own = _lesson((path,), assets=assets, seed=seed)
-    also = _lesson(folds.also, assets=assets, seed=seed) if folds.also else None
+    own = _training_set((path,), assets=assets, seed=seed)
+    also = _training_set(folds.also, assets=assets, seed=seed) if folds.also else None
     if len(own.houses) < folds.count:
         raise BadValue("--folds", folds.count, f"at most {len(own.houses)}, the number of houses to learn from")
     _require_disjoint(own, also)
@@ -154,7 +154,7 @@ def require_trainable(names: Iterable[str]) -> None:
             raise UnknownName("estimator to train", name, TRAINERS)
 
 
-def _lesson(files: Sequence[Path], *, assets: Path | None, seed: int) -> TrainingSet:
+def _training_set(files: Sequence[Path], *, assets: Path | None, seed: int) -> TrainingSet:
     return training_set_of(files, assets=assets, encoder=ENCODER, seed=seed, share=HELD_OUT)
 
 

@@ -26,7 +26,7 @@ from workbench.worlds.travel import TravelCosts
 
 BINS = 15
 PROBABILITY_CLIP = 1e-4
-"""Probabilities are clipped to [SURE, 1 - SURE] for the log loss."""
+"""Probabilities are clipped to [PROBABILITY_CLIP, 1 - PROBABILITY_CLIP] for the log loss."""
 
 KINDS = ("ai2-thor", "objaverse")
 

@@ -1,7 +1,7 @@
 """The conditions of the memory experiment, and its table: the cost saved by remembering, paired, with intervals.
 
 In each condition five earlier runs were made in a house on one day; since then a share of its items has moved, and
-some days have passed. The robot goes by the days and by the rates of moving, and is not told the share.
+some days have passed. The robot knows the days and the rates of moving, but not the share.
 """
 
 from __future__ import annotations

@@ -109,7 +109,7 @@ class SearchRequest:
 
     @cached_property
     def fold_split(self) -> FoldSplit | None:
-        """The houses in folds; None without folds. Raises InputError as for `deal`."""
+        """The houses in folds; None without folds. Raises InputError as make_folds."""
         return None if self.folds is None else make_folds(self.file, self.folds, assets=self.assets, seed=self.seed)
 
     def experiment(self) -> Experiment:

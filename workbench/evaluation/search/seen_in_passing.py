@@ -1,7 +1,7 @@
 """One search by a robot that sees open furniture in passing, step by step as the closed loop makes it.
 
-It stops where the container to which it goes has come into view, or what it seeks, and decides anew from there. What
-it sees it need not look into, which costs nothing.
+It stops where its target container or the item that it seeks comes into view, and decides again from there. A
+container seen in passing need not be looked into, and seeing it costs nothing.
 """
 
 from __future__ import annotations

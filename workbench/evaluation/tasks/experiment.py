@@ -65,7 +65,7 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
         return self.fold_settings.split if self.fold_settings else effective_split(self.houses, self.split)
 
     def fold_split(self) -> FoldSplit | None:
-        """The houses in folds; None without folds. Raises InputError as for `deal`."""
+        """The houses in folds; None without folds. Raises InputError as make_folds."""
         folds = self.fold_settings
         if folds is None:
             return None
@@ -177,7 +177,7 @@ def remaining_units(
     request: TaskRequest,
     keys: Iterable[TrialKey],
     done: Iterable[TaskRow],
-    tap: EventHook | None,
+    event_hook: EventHook | None,
     meant: CellFilter = cell_filter(""),
     fold_estimators: FoldEstimators | None = None,
 ) -> list[Unit]:
@@ -196,7 +196,15 @@ def remaining_units(
         if names:
             house = house_name(Path(key.houses), key.house_index)
             pairs = tuple((name, weights.of(request.estimator_of(name), house)) for name in names)
-            units.append(Unit(key=key, strategies=pairs, assets=request.assets, tap=tap, miss_rate=request.miss_rate))
+            units.append(
+                Unit(
+                    key=key,
+                    strategies=pairs,
+                    assets=request.assets,
+                    event_hook=event_hook,
+                    miss_rate=request.miss_rate,
+                )
+            )
     return units
 
 

@@ -21,7 +21,7 @@ def strategy_title(name: str) -> str:
 
 
 def shortened(title: str, max_chars: int) -> str:
-    """A title shortened in the middle to at max_chars `max_chars` characters, since names differ at their ends."""
+    """A title shortened in the middle to at most `max_chars` characters, since names differ at their ends."""
     if len(title) <= max_chars:
         return title
     head = (max_chars - 1) // 3

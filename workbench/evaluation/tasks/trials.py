@@ -164,15 +164,15 @@ def prepare_trial(
     raise AssertionError("unreachable")
 
 
-def run_trial(staged: PreparedTrial, strategy: str, *, estimator: str, tap: EventHook | None = None) -> TaskRow:
+def run_trial(trial: PreparedTrial, strategy: str, *, estimator: str, event_hook: EventHook | None = None) -> TaskRow:
     """Run one trial with one strategy. An error in the strategy becomes a row with status "error" and does not stop
     other trials."""
     planned: list[PlanMade] = []
     ended: RunEnded | None = None
-    believer = estimator_named(estimator, origin=NameOrigin.USER)
+    resolved = estimator_named(estimator, origin=NameOrigin.USER)
     try:
-        events = staged.events(strategy, believer)
-        for event in tap(staged, strategy, believer, events) if tap else events:
+        events = trial.events(strategy, resolved)
+        for event in event_hook(trial, strategy, resolved, events) if event_hook else events:
             if isinstance(event, PlanMade):
                 planned.append(event)
             elif isinstance(event, RunEnded):
@@ -180,30 +180,30 @@ def run_trial(staged: PreparedTrial, strategy: str, *, estimator: str, tap: Even
     except LiosError:
         raise
     except Exception as error:  # noqa: BLE001  a user's strategy may raise anything; the other trials go on
-        return _row(staged, strategy, believer, planned, None, f"{type(error).__name__}: {error}")
-    return _row(staged, strategy, believer, planned, ended, "no end")
+        return _row(trial, strategy, resolved, planned, None, f"{type(error).__name__}: {error}")
+    return _row(trial, strategy, resolved, planned, ended, "no end")
 
 
 def _row(
-    staged: PreparedTrial,
+    trial: PreparedTrial,
     strategy: str,
-    believer: Estimator,
+    resolved: Estimator,
     planned: list[PlanMade],
     ended: RunEnded | None,
     why: str,
 ) -> TaskRow:
     solved = [p for p in planned if p.made.plan.status is PlanStatus.SOLVED]
     return TaskRow(
-        scenario=staged.key.scenario,
+        scenario=trial.key.scenario,
         strategy=strategy,
-        estimator=believer.name,
-        trial=staged.key.trial,
-        house=staged.house.plan.name,
-        house_index=staged.key.house_index,
-        seed=staged.key.seed,
+        estimator=resolved.name,
+        trial=trial.key.trial,
+        house=trial.house.plan.name,
+        house_index=trial.key.house_index,
+        seed=trial.key.seed,
         status=str(ended.status) if ended else "error",
         success=ended is not None and str(ended.status) == "done",
-        cost=ended.cost if ended else staged.task.failure_cost,
+        cost=ended.cost if ended else trial.task.failure_cost,
         own_cost=ended.own_cost if ended else 0.0,
         searches=ended.searches if ended else 0,
         travel_m=ended.travel_m if ended else 0.0,
@@ -211,8 +211,8 @@ def _row(
         predicted_cost=solved[0].made.plan.cost if solved else None,
         optimal=sum(p.made.plan.optimal for p in solved) / max(len(solved), 1),
         reason=ended.reason if ended else why,
-        title=staged.task.title,
-        containers=len(staged.house.plan.containers),
+        title=trial.task.title,
+        containers=len(trial.house.plan.containers),
         belief_s=tuple(p.belief_s for p in planned),
         planning_s=tuple(p.planning_s for p in planned),
     )

@@ -20,15 +20,17 @@ class Unit:
     key: TrialKey
     strategies: tuple[tuple[str, str], ...]
     assets: str = ""
-    tap: EventHook | None = None
+    event_hook: EventHook | None = None
     miss_rate: float = 0.0
 
 
 def run_unit(unit: Unit) -> list[TaskRow]:
     """Run one trial with several strategies; executed by workers."""
     assets = Path(unit.assets) if unit.assets else None
-    staged = prepare_trial(unit.key, assets=assets, miss_rate=unit.miss_rate)
-    return [run_trial(staged, name, estimator=believer, tap=unit.tap) for name, believer in unit.strategies]
+    trial = prepare_trial(unit.key, assets=assets, miss_rate=unit.miss_rate)
+    return [
+        run_trial(trial, name, estimator=estimator, event_hook=unit.event_hook) for name, estimator in unit.strategies
+    ]
 
 
 def run_units(units: list[Unit], *, workers: int, scheduler: str = "") -> Iterator[list[TaskRow]]:

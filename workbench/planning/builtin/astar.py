@@ -8,7 +8,11 @@ is a sequence of errands.
 The kernels take their arrays one by one: in a named tuple, each call unpacks all of them and counts its references to
 each, and the same searches took 1.13 to 1.4 times as long (2186 searches of tasks, side by side in one process). For
 that reason too the loop of `_search` is one function. Numba keeps what it compiled by the file of the outermost
-kernel: whoever changes a kernel in a sibling module saves this file anew.
+kernel: after a change to a kernel in a sibling module, save this file again.
+
+Constants that kernels receive are np.int64: numba compiles a kernel once more for every literal. Rows are copied in
+loops, since assigning a slice makes it compile the text of an error message. Together they halve the time that the
+first use on a machine takes.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownParameterType=false, reportUnknownLambdaType=false
@@ -85,7 +89,8 @@ def _moves_to(i, parent, action):
     moves = np.zeros((length, 3), dtype=np.int64)
     k = i
     for q in range(length):
-        moves[q] = action[k]
+        for j in range(3):
+            moves[q, j] = action[k, j]
         k = parent[k]
     return moves
 
@@ -117,27 +122,27 @@ def _search(
     for s in range(n_slots):
         base[s] = 2 if carried_only[s] and not staging else n_loc + 1
     all_done = (1 << n_ops) - 1
-    capacity = 64
+    capacity = np.int64(64)
     node_pos, node, node_g, parent, action, closed = _nodes(capacity, n_slots)
     heap_f = np.zeros(capacity)
     heap_n = np.zeros(capacity, dtype=np.int64)
     table = np.full((256, 2), -1, dtype=np.int64)
-    count = 1
-    heap = 0
+    count = np.int64(1)
+    heap = np.int64(0)
     node[0, 0] = robot0
     node[0, 1] = hand0
     node_g[0] = g0
     work = np.zeros((max(n_ops, 1), n_loc))
     h0 = heuristic(
-        robot0, hand0, node_pos[0], 0, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link,
-        n_ops, c, work,
+        robot0, hand0, node_pos[0], np.int64(0), d, least, potential, standing, end, in_hand, op_slot, op_where,
+        op_mask, link, n_ops, c, work,
     )  # fmt: skip
     empty = np.zeros((0, 3), dtype=np.int64)
     eps = RELATIVE * max(MIN_SCALE, g0 + h0)
     if g0 + h0 >= bound - eps:
         return NO_PLAN, INF, g0 + h0, empty, 0
-    push(heap_f, heap_n, heap, g0 + h0, 0, eps)
-    heap = 1
+    push(heap_f, heap_n, heap, g0 + h0, np.int64(0), eps)
+    heap += 1
     expanded = 0
     pruned = INF
     succ = np.zeros((n_slots * (2 * n_loc + 2) + n_ops * n_loc + n_loc + 4, 3), dtype=np.int64)

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from workbench.planning.builtin.search_interface import CARRY, CHOOSE, FETCH, PLACE, PREPARE
 from workbench.planning.builtin.search_queue import INF, compiled
 
@@ -69,13 +71,13 @@ def moves_from(
     A move that needs no walking and belongs to every plan from here is the only one returned: an operation whose
     items are all here, or putting down an item that belongs here. astar.py says why this takes no named tuple.
     """
+    n = np.int64(0)
     if first < 0:
         for o in range(n_ops):
             if _operation_place(o, robot, hand, pos, done, op_slot, op_where, op_after) == robot:
-                return _append_move(succ, cost, 0, PREPARE, o, robot, c)
+                return _append_move(succ, cost, n, np.int64(PREPARE), o, robot, c)
         if hand >= 0 and end[hand] == robot and not in_hand[hand] and (op_mask[hand] & ~done) == 0:
-            return _append_move(succ, cost, 0, PLACE, hand, robot, c)
-    n = 0
+            return _append_move(succ, cost, n, np.int64(PLACE), hand, robot, c)
     for s in range(len(pos)):
         pending = (op_mask[s] & ~done) != 0
         if first < 0 and pos[s] < 0 and hand != s:
@@ -83,7 +85,7 @@ def moves_from(
             for a in range(d.shape[0]):
                 here = standing[s, a] and (pending or (end[s] == a and not in_hand[s]))
                 if here and (not carried_only[s] or a == end[s]):
-                    n = _append_move(succ, cost, n, CHOOSE, s, a, 0.0)
+                    n = _append_move(succ, cost, n, np.int64(CHOOSE), s, a, 0.0)
         if hand >= 0 or (first >= 0 and s != first):
             continue
         if not pending and (end[s] < 0 or (pos[s] == end[s] and not in_hand[s])):
@@ -96,19 +98,19 @@ def moves_from(
                     continue
             w = fetch[s, robot, b] if pos[s] < 0 else d[robot, pos[s]] + c + d[pos[s], b]
             if w < INF and (pos[s] != b or tool[s] or in_hand[s]):
-                n = _append_move(succ, cost, n, FETCH, s, b, w)
+                n = _append_move(succ, cost, n, np.int64(FETCH), s, b, w)
     if hand >= 0 and (first < 0 or hand == first):
         pending = (op_mask[hand] & ~done) != 0
         useful = staging or not carried_only[hand] or robot == end[hand]
         if useful and (staging or not in_hand[hand] or pending):
-            n = _append_move(succ, cost, n, PLACE, hand, robot, c)
+            n = _append_move(succ, cost, n, np.int64(PLACE), hand, robot, c)
         if (last != FETCH and last != CARRY) or at_root:
             for b in range(d.shape[0]):
                 if b != robot and (staging or pending or b == end[hand]):
-                    n = _append_move(succ, cost, n, CARRY, hand, b, d[robot, b])
+                    n = _append_move(succ, cost, n, np.int64(CARRY), hand, b, d[robot, b])
     if first < 0:
         for o in range(n_ops):
             where = _operation_place(o, robot, hand, pos, done, op_slot, op_where, op_after)
             if where >= 0:
-                n = _append_move(succ, cost, n, PREPARE, o, where, c + d[robot, where])
+                n = _append_move(succ, cost, n, np.int64(PREPARE), o, where, c + d[robot, where])
     return n

@@ -52,24 +52,24 @@ def _cost(leg: Floats, order: tuple[int, ...]) -> float:
 
 
 def _improved(leg: Floats, order: tuple[int, ...]) -> tuple[int, ...] | None:
-    """The order with one stretch moved to where it saves most, of equal moves the first; None when nothing saves."""
+    """The order with one segment moved to where it saves most, of equal moves the first; None when nothing saves."""
     now = _cost(leg, order)
     moves: list[tuple[float, tuple[int, ...]]] = []
     for length in range(1, MAX_SEGMENT + 1):
         for i in range(len(order) - length + 1):
-            stretch, rest = order[i : i + length], order[:i] + order[i + length :]
+            segment, rest = order[i : i + length], order[:i] + order[i + length :]
             rows = np.array([0, *(1 + k for k in rest)])
-            base = _cost(leg, rest) + _within_segment(leg, stretch)
-            costs = base + leg[rows, stretch[0]]
+            base = _cost(leg, rest) + _within_segment(leg, segment)
+            costs = base + leg[rows, segment[0]]
             if len(rest) > 0:
-                costs[:-1] += leg[1 + stretch[-1], list(rest)] - leg[rows[:-1], list(rest)]
+                costs[:-1] += leg[1 + segment[-1], list(rest)] - leg[rows[:-1], list(rest)]
             at = first_least(costs, scale=now)
-            moves.append((float(costs[at]), rest[:at] + stretch + rest[at:]))
+            moves.append((float(costs[at]), rest[:at] + segment + rest[at:]))
     if not moves:
         return None
     least, best = moves[first_least([cost for cost, _ in moves], scale=now)]
     return best if least < now - tolerance(now) else None
 
 
-def _within_segment(leg: Floats, stretch: tuple[int, ...]) -> float:
-    return float(sum(leg[1 + a, b] for a, b in pairwise(stretch)))
+def _within_segment(leg: Floats, segment: tuple[int, ...]) -> float:
+    return float(sum(leg[1 + a, b] for a, b in pairwise(segment)))

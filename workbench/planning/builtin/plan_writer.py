@@ -128,7 +128,7 @@ def _fetch_cost(problem: Problem, thing: PlanningItem, attempt: Attempt, i: int,
 
 
 def without_hypothetical(plan: Plan) -> Plan:
-    """The plan without ids of hypothetical items: an item not found yet has a type only."""
+    """The plan without the ids of hypothetical items: of an item that has not been found, only the type is known."""
     unknown = [any(item.startswith(MISSING) for item in step.items) for step in plan.steps]
     if not any(unknown):
         return plan

@@ -138,7 +138,7 @@ def _costs(steps: tuple[FirstStep, ...], delivery: Delivery, held: Bools) -> Flo
 
 
 def with_first_step(step: FirstStep, made: Decision, delivery: Delivery, view: View) -> Decision:
-    """The decision with another first step; planning starts anew after it."""
+    """The decision with another first step; the robot replans after it."""
     if step.kind == LOOK:
         return replace(made, look_on_the_way=(LocationId(delivery.containers[step.target]),))
     want, travel = delivery.wants[step.target], view.knowledge.travel

@@ -80,7 +80,7 @@ class Scratch(NamedTuple):
 
     Attributes:
         searched: searched containers, shape (n,); subset: bit mask of each want's searched candidates, shape (K,).
-        places, known: as in Situation, plus the instances found since.
+        places, known: as in DeliveryState, plus the instances found since.
         legs: cost of delivering each want from the robot's location (row 0) and from each target, shape (K + 1, K).
         rest: cost of the remaining wants (a mask), by the want delivered last, shape (2**K, K + 1).
         finds: cache of find costs across worlds, by origin (containers, then targets of wants), want and
@@ -178,10 +178,11 @@ def rollout_costs(kinds: Ints, targets: Ints, here: DeliveryState, held: Bools) 
 @njit(cache=True, nogil=True, inline="always")
 def _rollout(kind: int, target: int, here: DeliveryState, held: Bools, room: Scratch) -> float:
     searched, subset, known, places, legs, rest, finds, is_known = room
-    searched[:] = False
-    subset[:] = 0
-    known[:] = here.known
     wants, n = len(here.targets), len(here.containers)
+    for a in range(n):
+        searched[a] = False
+    for k in range(wants):
+        subset[k], known[k] = 0, here.known[k]
     at, begin, hand, done = here.robot, -1, here.hand, here.done
     cost = 0.0
     for step in range(MAX_STEPS):

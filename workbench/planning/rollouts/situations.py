@@ -147,7 +147,7 @@ def _situation(
 
 
 class _MissingItemRows(NamedTuple):
-    """The rows of a Situation for one missing item."""
+    """The rows of a DeliveryState for one missing item."""
 
     chance: Floats
     candidates: Indices

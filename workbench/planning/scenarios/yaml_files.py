@@ -44,6 +44,7 @@ MAX_BYTES = 1_000_000
 MAX_DEPTH = 8
 MAX_GOALS = 1_000
 """YAML aliases are expanded wherever they occur, so a few lines could mean millions of goals."""
+NULL = "tag:yaml.org,2002:null"
 TOP_KEYS = ("name", "title", "failure_cost", "budget_s", "add", "goal")
 
 
@@ -218,7 +219,7 @@ class _Reader:
         return list(node.value)
 
     def text(self, node: Any) -> str:
-        if not isinstance(node, yaml.ScalarNode) or not str(node.value).strip():
+        if not isinstance(node, yaml.ScalarNode) or node.tag == NULL or not str(node.value).strip():
             raise self.wrong(node, "this must be a word", "Write a name")
         word = str(node.value).strip()
         if not word.isprintable():

@@ -136,7 +136,7 @@ def best_plan(folder: Path, steps: Mapping[str, PlanStep | None], problem: Probl
     """The cheapest legal plan among a folder's files plan, plan.1, ... and sas_plan, ...; None when there is none.
 
     An anytime search numbers its plans, and one that is stopped may leave its last file cut off; planners built on
-    Fast Downward that are not told a name write sas_plan. Of equal ones (ties.py) the first by the file's name.
+    Fast Downward write sas_plan unless they are given a name. Of equal ones (ties.py) the first by the file's name.
     """
     found: list[tuple[PlanStep, ...]] = []
     for path in sorted((*folder.glob("plan*"), *folder.glob("sas_plan*"))):

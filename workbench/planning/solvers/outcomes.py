@@ -22,7 +22,7 @@ SHOWN = 200
 
 
 def without_plan(answer: Answer, *, solver: str, program: str) -> Plan:
-    """The plan-less result of a program that ended so.
+    """The result of a program that ended without a plan.
 
     Args:
         solver: the solver's name; program: what it is called in the note.

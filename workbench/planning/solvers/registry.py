@@ -116,7 +116,7 @@ def solver_of_extra(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver
 
 
 def installed_solver(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver:
-    """The solver of that name, for runs: one that is not installed is told at once, and not by a table of failures.
+    """The solver of that name, for runs: one that is not installed raises at once, instead of failing every trial.
 
     Args:
         origin: who gives the name, as in solver.

@@ -10,7 +10,7 @@ R_search. From there it goes on towards the next candidate, the one of least cos
 
 It stands at the origin, or at the stop on the way from one place to the next, and goes on from there by the metres
 from that stop. What it then sees is taken from the way that begins at the nearer end of the last one: exact where the
-stop is the end, and else an estimate. Decisions are made anew at every stop, by its own ways.
+stop is the end, and else an estimate. At every stop the robot decides again, by the ways from there.
 """
 
 # pyright: reportMissingTypeStubs=false

@@ -1,7 +1,7 @@
 """The innermost step of the compiled program over look counts, eight targets at a time in the processor's registers.
 
-Written in LLVM's own language, because numba, which does not know that two arrays do not overlap, reads and writes
-the minimum anew for every candidate. Additions and comparisons are those of plain code, so that results are too.
+Written in LLVM's intermediate language: numba does not know that the two arrays do not overlap, and so reads and
+writes the minimum again for every candidate. Additions and comparisons are those of plain code, and so are results.
 """
 
 # pyright: basic, reportMissingTypeStubs=false

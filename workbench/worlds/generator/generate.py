@@ -1,7 +1,7 @@
 """The house generator: houses drawn from the statistics of real houses, written as ProcTHOR JSON.
 
-Every generated house is connected and all its containers are reachable: unreachable furniture is removed, and a
-house with an inaccessible room is drawn anew. The same seed gives the same house.
+Every generated house is connected and all its containers are reachable: unreachable furniture is removed, and a house
+with an inaccessible room is drawn again. The same seed gives the same house.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from workbench.errors import BadValue, Malformed
 from workbench.tolerances import ROUNDING
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import START, Container, ContainerId, FloorPlan, LocationId
+from workbench.worlds.maps.clearance import distances_to, largest_part
 from workbench.worlds.maps.occupancy import OccupancyGrid, distance_to_box, occupancy_of, room_labels
 from workbench.worlds.maps.path_simplification import corner_cells
 from workbench.worlds.maps.travel_cache import Arrays, load_arrays, store_arrays
@@ -150,26 +151,16 @@ def compute(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> N
 
 def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> Bools:
     """The cells for the robot's centre: far enough from all obstacles, in the largest connected free component."""
-    from scipy import ndimage  # imported only if the result is not cached on disk
-
-    free = clear_cells(grid, robot_radius_m)
-    labels = np.empty(free.shape, dtype=np.int32)
-    ndimage.label(free, output=labels)
-    if labels.max() > 1:
-        sizes = np.bincount(labels.ravel())
-        sizes[0] = 0
-        free = labels == sizes.argmax()
-    free = np.ascontiguousarray(free)
+    free = largest_part(clear_cells(grid, robot_radius_m))
     free.flags.writeable = False
     return free
 
 
 def clear_cells(grid: OccupancyGrid, robot_radius_m: float) -> Bools:
     """The cells far enough from all obstacles for the robot's centre, connected or not; bool, shape of the grid."""
-    from scipy import ndimage
-
-    clearance = np.asarray(ndimage.distance_transform_edt(~grid.occupied), dtype=np.float64) * grid.resolution_m
-    clear = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - ROUNDING)
+    needed = max(robot_radius_m, grid.resolution_m)
+    away = distances_to(grid.occupied, within=needed / grid.resolution_m + 1)
+    clear = np.asarray(away * grid.resolution_m >= needed - ROUNDING)
     clear[[0, -1], :] = False
     clear[:, [0, -1]] = False
     return clear

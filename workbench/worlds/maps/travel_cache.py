@@ -1,8 +1,7 @@
 """The on-disk cache of travel costs, one file per floor plan.
 
-The folder is $LIOS_CACHE, or ~/.cache/lios-workbench; LIOS_CACHE=off disables it. File names are hashes of the
-floor plan and the settings; files are written atomically, so that many processes can share them. Unreadable files
-are ignored.
+The folder is $LIOS_CACHE, or ~/.cache/lios-workbench; LIOS_CACHE=off disables it. File names are hashes of the floor
+plan and the settings; files are written atomically, and many processes can share them. Unreadable files are ignored.
 """
 
 from __future__ import annotations

@@ -64,6 +64,8 @@ def split_address(address: str) -> tuple[Path, int | None]:
     if colon and name == house_stem(shipped_houses()):
         name = str(shipped_houses())
     if not colon or not name.lower().endswith(SUFFIXES):
+        if colon and _is_file(name) and name.lower().endswith((".yaml", ".yml")):
+            raise BadValue("house", address, f"{name}, which holds one house and needs no index")
         if colon and _is_file(name):
             raise BadValue("house file", name, "a file that ends in " + ", ".join(SUFFIXES))
         if Path(address).is_dir():

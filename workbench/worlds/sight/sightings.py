@@ -73,7 +73,7 @@ class Walk:
         end: where it ended: its goal, or the point at which the robot stopped.
         metres: its length.
         path: its corner points.
-        seen: what came into view for the first time, with what was there.
+        seen: the containers that came into view for the first time, with their contents.
     """
 
     end: LocationId
@@ -84,7 +84,7 @@ class Walk:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnknownSight:
-    """A container comes into view, and nobody can tell what it shows."""
+    """A container comes into view, and its contents are unknown."""
 
     container: ContainerId
 
@@ -182,7 +182,7 @@ class PassingWays:
             seeking: the item types sought by a robot that goes to look into b; None for one that goes there for
                 another reason, which does not stop.
             known: containers that are known already, or never to be.
-            shows: what a container shows that comes into view; None where nobody can tell.
+            shows: the contents of a container that comes into view; None where they are unknown.
         """
         metres, path = self.travel_from(a).between(a, b), self.path(a, b)
         if metres is None or path is None:

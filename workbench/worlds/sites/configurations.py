@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import Annotated
 
 import msgspec
 
@@ -17,7 +18,9 @@ from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, Contents, House, Item
 from workbench.worlds.sites.ros_map import read_yaml
 from workbench.worlds.sites.site import Site, pose_of, starting_at
-from workbench.worlds.sites.survey_schema import PoseEntry
+from workbench.worlds.sites.survey_schema import Name, PoseEntry
+
+VERSION = 1
 
 
 class PaperResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -35,7 +38,7 @@ class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     lios_configurations: int
-    configurations: dict[str, _Entry]
+    configurations: Annotated[dict[Name, _Entry], msgspec.Meta(min_length=1)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,9 +61,12 @@ def load_configurations(path: Path, site: Site) -> dict[str, Configuration]:
 
     Raises:
         FileMissing: no such file.
-        MalformedFile: not a configuration file, an item without a tag, or an unknown container.
+        MalformedFile: not a configuration file, of another version, an item without a tag, or an unknown container.
     """
     file = read_yaml(path, _File)
+    if file.lios_configurations != VERSION:
+        fix = f"Write lios_configurations: {VERSION}, or upgrade lios-workbench"
+        raise MalformedFile(path, f"version {file.lios_configurations}; this release reads {VERSION}", fix)
     containers = {c.id for c in site.plan.containers}
     items = {str(item.id): item for item in site.tags.values()}
     found: dict[str, Configuration] = {}

@@ -147,12 +147,12 @@ def read_site_file(path: Path) -> SiteFile:
 
     Raises:
         FileMissing: no such file.
-        MalformedFile: not a survey, or of a later version.
+        MalformedFile: not a survey, or of another version.
     """
     file = read_yaml(path, SiteFile)
-    if file.lios_site > SITE_VERSION:
-        fix = "Upgrade lios-workbench"
-        raise MalformedFile(path, f"version {file.lios_site}; this release reads up to {SITE_VERSION}", fix)
+    if file.lios_site != SITE_VERSION:
+        fix = "Upgrade lios-workbench" if file.lios_site > SITE_VERSION else f"Write lios_site: {SITE_VERSION}"
+        raise MalformedFile(path, f"version {file.lios_site}; this release reads {SITE_VERSION}", fix)
     rooms = {room.id for room in file.rooms}
     for container in file.containers:
         if container.room not in rooms:

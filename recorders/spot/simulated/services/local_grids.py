@@ -7,16 +7,18 @@ from functools import cached_property
 import grpc
 import numpy as np
 from bosdyn.api import local_grid_pb2, local_grid_service_pb2_grpc
-from scipy.ndimage import distance_transform_edt
 
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.frames import frame_tree, height_of, se3, stamp
 from recorders.spot.simulated.robot import RobotState
 from workbench.arrays import Floats, Ints, Ints16
+from workbench.worlds.maps.clearance import distances_to
 
 GRID_CELLS, GRID_CELL_M = 128, 0.03
 GRIDS = ("obstacle_distance", "no_step")
 CELL_SCALE = 0.01
+FAR_M = 3.0
+"""Obstacles are not shown further away than this."""
 
 
 class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
@@ -84,13 +86,13 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
         rows, columns = self._far.shape
         row = np.clip(((y - grid.origin[1]) / grid.resolution_m).astype(np.int64), 0, rows - 1)
         column = np.clip(((x - grid.origin[0]) / grid.resolution_m).astype(np.int64), 0, columns - 1)
-        return np.minimum(self._far[row, column], 3.0)
+        return np.minimum(self._far[row, column], FAR_M)
 
     @cached_property
     def _far(self) -> Floats:
         grid = self._state.site.grid
         assert grid is not None
-        return np.asarray(distance_transform_edt(~grid.occupied)) * grid.resolution_m
+        return distances_to(grid.occupied, within=FAR_M / grid.resolution_m) * grid.resolution_m
 
 
 def _run_lengths(cells: Ints16) -> tuple[Ints16, Ints]:

@@ -1,0 +1,10 @@
+"""pyarrow, an optional part: whatever makes tables imports it from here."""
+
+from workbench.errors import MissingExtra
+
+try:
+    import pyarrow as pa
+except ModuleNotFoundError as error:
+    raise MissingExtra("making tables of logs", "tables") from error
+
+__all__ = ["pa"]
