@@ -22,7 +22,7 @@ from typing import Literal, final
 from replayers.counterfactual.bounds.bounds import MAX_WORLD_GROUPS, Bounds, Budget
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.state_bounds import StateBounds
-from replayers.counterfactual.estimates.intervals import Interval
+from replayers.counterfactual.estimates.intervals import CostInterval
 from replayers.counterfactual.relevance import Answer
 from replayers.counterfactual.results import Assignment, Proof, WorldGroup
 from replayers.counterfactual.run_tree import Leaf, Node, RunTree, UnobservedLook
@@ -57,8 +57,8 @@ class BoundSearch:
         self._failure = tree.evidence.task.failure_cost
         self._outside = outside
         self._most = outside.most
-        self._intervals: dict[Node, Interval] = {}
-        self._others: dict[Node, Interval] = {}
+        self._intervals: dict[Node, CostInterval] = {}
+        self._others: dict[Node, CostInterval] = {}
         self._followed: set[Node] = set()
         self._parents: dict[Node, Node] = {}  # by the first path to each
         self._waiting: dict[Node, float] = {}  # with the most that each can cost, by that path
@@ -161,7 +161,7 @@ class BoundSearch:
         segment = self._tree.advance(node)
         unobserved = segment.unobserved
         if unobserved is None:
-            self._intervals[node] = Interval.at_end(segment.cost, done=segment.done)
+            self._intervals[node] = CostInterval.at_end(segment.cost, done=segment.done)
         else:
             looks = unobserved.walk is None
             self._is_straight = self._is_straight and not (looks and self._most.nothing_missing(unobserved.knowledge))
@@ -196,7 +196,7 @@ class BoundSearch:
         cost = segment.cost
         below = [self._intervals[node.children[a]] for a in unobserved.options]
         below += [self._others[node]] if unobserved.others else []
-        interval = Interval.over(below, cost)
+        interval = CostInterval.over(below, cost)
         interval.narrow_to(self._intervals[node])
         self._intervals[node] = interval
 
@@ -224,7 +224,9 @@ class BoundSearch:
     def _world_groups(self) -> Iterator[WorldGroup]:
         """The bounds of the cost for each group of worlds."""
         root = self._tree.root
-        waiting: list[tuple[Node, Interval, float, tuple[Assignment, ...]]] = [(root, self._intervals[root], 0.0, ())]
+        waiting: list[tuple[Node, CostInterval, float, tuple[Assignment, ...]]] = [
+            (root, self._intervals[root], 0.0, ())
+        ]
         while waiting:
             node, interval, cost, filled = waiting.pop()
             open_node = node in self._followed and self._may_expand(node)
@@ -246,7 +248,7 @@ class BoundSearch:
         """Whether the search may continue below a node."""
         return not (self._only_certain and not self._tree.certain(node))
 
-    def _group(self, interval: Interval, cost: float, filled: tuple[Assignment, ...]) -> WorldGroup:
+    def _group(self, interval: CostInterval, cost: float, filled: tuple[Assignment, ...]) -> WorldGroup:
         lower, upper = interval.lower(cost, self._failure), interval.upper(cost, self._failure)
         if not interval.whole and not self._straight:
             lower = min(lower, self._failure)

@@ -7,7 +7,7 @@ from math import inf, isfinite
 
 
 @dataclass(slots=True)
-class Interval:
+class CostInterval:
     """Bounds of the cost from a node on.
 
     Attributes:
@@ -39,7 +39,7 @@ class Interval:
     def largest_found(self, cost: float, failure: float) -> float:
         return max(cost + self.found_high, failure if self.fails else -inf)
 
-    def narrow_to(self, other: Interval, *, behind: float = 0.0) -> None:
+    def narrow_to(self, other: CostInterval, *, behind: float = 0.0) -> None:
         """Leaves of the outer bounds what agrees with others that hold as well; costs that were attained stay inside.
 
         Args:
@@ -50,21 +50,21 @@ class Interval:
         self.high = min(self.high, max(other.high - behind, self.found_high))
         self.may_fail = self.fails or (self.may_fail and other.may_fail)
 
-    def narrowed_to(self, other: Interval, *, behind: float = 0.0) -> Interval:
+    def narrowed_to(self, other: CostInterval, *, behind: float = 0.0) -> CostInterval:
         """A copy, narrowed."""
         made = replace(self)
         made.narrow_to(other, behind=behind)
         return made
 
     @classmethod
-    def at_end(cls, cost: float, *, done: bool) -> Interval:
+    def at_end(cls, cost: float, *, done: bool) -> CostInterval:
         """The interval of a run that has ended."""
         if done:
             return cls(cost, cost, may_fail=False, found_low=cost, found_high=cost, whole=True, spent=True)
         return cls(inf, -inf, may_fail=True, fails=True, whole=True, spent=True)
 
     @classmethod
-    def over(cls, below: list[Interval], cost: float) -> Interval:
+    def over(cls, below: list[CostInterval], cost: float) -> CostInterval:
         """The interval of a node from those of its children; cost is that of the way to them."""
         return cls(
             low=cost + min(b.low for b in below),
