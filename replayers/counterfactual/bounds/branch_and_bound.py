@@ -3,7 +3,9 @@
 Every node of the run tree carries an interval for the cost from there on: exact at an end, an outer bound where the
 node is not expanded (lower_bound.py, upper_bound.py), and from its children otherwise. The search goes where the
 interval of the whole can still shrink: down the branch that could be cheapest, then down the one that could be most
-expensive. When the budget is spent, the intervals are still bounds, and the result says which side is exact.
+expensive. When the budget is spent, the intervals are still bounds, and the result says which side is exact. What
+holds for a node holds for its children, so that an interval only ever narrows, and with it the bounds as the budget
+grows.
 
 Where beliefs follow all that is seen (run_tree.RunTree.certain), a run that depends on them is not followed beyond
 its first open container: the other contents there would have changed them, and cannot be enumerated. Its outer
@@ -65,6 +67,7 @@ class BoundSearch:
 
     def bounds(self) -> Bounds:
         root = self._tree.root
+        self._intervals[root] = self._outside.interval(root.knowledge)
         self._expand(root)
         began = self._tree.segments
         while not self._intervals[root].spent:
@@ -88,7 +91,7 @@ class BoundSearch:
         above = whole.upper(0, self._failure) - whole.largest_found(0, self._failure)
         if max(below, above) <= NEAR_COST:
             return None
-        if below > NEAR_COST and (self._tree.segments % 2 or above <= NEAR_COST):
+        if below > NEAR_COST and (len(self._followed) % 2 or above <= NEAR_COST):
             return "low"
         return "high" if above > NEAR_COST else "low"
 
@@ -151,10 +154,8 @@ class BoundSearch:
         self._followed.add(node)
         self._waiting.pop(node, None)
         self._known.pop(node, None)
-        before = self._intervals.get(node)
+        before = self._intervals[node]
         if not self._may_expand(node):
-            if before is None:  # the start: beliefs that were rounded decide from there on
-                before = self._intervals[node] = self._outside.interval(node.knowledge)
             before.spent = True
             return
         segment = self._tree.advance(node)
@@ -168,6 +169,7 @@ class BoundSearch:
                 child = self._tree.child(node, answer)
                 if child not in self._intervals:
                     interval = self._outside.interval(child.knowledge, walking=child.walk is not None)
+                    interval.narrow_to(before, behind=segment.cost)
                     self._intervals[child] = interval
                     self._parents[child] = node
                     most = interval.upper(child.cost, self._failure)
@@ -176,17 +178,17 @@ class BoundSearch:
                     if self._tree.traits.plans_shortest and self._most.nothing_missing(child.knowledge):
                         self._known[child] = most
             if unobserved.others:
-                self._others[node] = self._outside.interval(unobserved.knowledge, walking=unobserved.walk is not None)
-                self._others[node].spent = True
+                others = self._outside.interval(unobserved.knowledge, walking=unobserved.walk is not None)
+                others.narrow_to(before, behind=segment.cost)
+                others.spent = True
+                self._others[node] = others
             self._update_from_children(node)
         after = self._intervals[node]
-        if before is not None and (
-            after.found_high > before.high + NEAR_COST or (after.fails and not before.may_fail)
-        ):
+        if after.found_high > before.high + NEAR_COST or (after.fails and not before.may_fail):
             self._is_straight = False
 
     def _update_from_children(self, node: Node) -> None:
-        """A node's interval from those of its children."""
+        """A node's interval from those of its children, no wider than before."""
         segment = self._tree.advance(node)
         unobserved = segment.unobserved
         if unobserved is None or not self._may_expand(node):
@@ -194,7 +196,9 @@ class BoundSearch:
         cost = segment.cost
         below = [self._intervals[node.children[a]] for a in unobserved.options]
         below += [self._others[node]] if unobserved.others else []
-        self._intervals[node] = CostInterval.over(below, cost)
+        interval = CostInterval.over(below, cost)
+        interval.narrow_to(self._intervals[node])
+        self._intervals[node] = interval
 
     def _attaining_leaf(self, side: Side) -> Leaf | None:
         """A run end with the least, or the greatest, cost found."""
@@ -219,20 +223,26 @@ class BoundSearch:
 
     def _world_groups(self) -> Iterator[WorldGroup]:
         """The bounds of the cost for each group of worlds."""
-        waiting: list[tuple[Node, float, tuple[Assignment, ...]]] = [(self._tree.root, 0.0, ())]
+        root = self._tree.root
+        waiting: list[tuple[Node, CostInterval, float, tuple[Assignment, ...]]] = [
+            (root, self._intervals[root], 0.0, ())
+        ]
         while waiting:
-            node, cost, filled = waiting.pop()
+            node, interval, cost, filled = waiting.pop()
             open_node = node in self._followed and self._may_expand(node)
             unobserved = self._tree.advance(node).unobserved if open_node else None
             if unobserved is None:
-                yield self._group(self._intervals[node], cost, filled)
+                yield self._group(interval, cost, filled)
                 continue
-            cost += self._tree.advance(node).cost
+            behind = self._tree.advance(node).cost
+            cost += behind
             if unobserved.others:
-                yield self._group(self._others[node], cost, filled)
+                yield self._group(self._others[node].narrowed_to(interval, behind=behind), cost, filled)
             for answer in reversed(unobserved.options):
                 assigned = Assignment(container=unobserved.container, live=unobserved.live, answer=answer)
-                waiting.append((node.children[answer], cost, (*filled, assigned)))
+                child = node.children[answer]
+                below = self._intervals[child].narrowed_to(interval, behind=behind)
+                waiting.append((child, below, cost, (*filled, assigned)))
 
     def _may_expand(self, node: Node) -> bool:
         """Whether the search may continue below a node."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite
 
 
@@ -38,6 +38,23 @@ class CostInterval:
 
     def largest_found(self, cost: float, failure: float) -> float:
         return max(cost + self.found_high, failure if self.fails else -inf)
+
+    def narrow_to(self, other: CostInterval, *, behind: float = 0.0) -> None:
+        """Leaves of the outer bounds what agrees with others that hold as well; costs that were attained stay inside.
+
+        Args:
+            other: of this node, or of one before it.
+            behind: the cost of the way from there.
+        """
+        self.low = max(self.low, min(other.low - behind, self.found_low))
+        self.high = min(self.high, max(other.high - behind, self.found_high))
+        self.may_fail = self.fails or (self.may_fail and other.may_fail)
+
+    def narrowed_to(self, other: CostInterval, *, behind: float = 0.0) -> CostInterval:
+        """A copy, narrowed."""
+        made = replace(self)
+        made.narrow_to(other, behind=behind)
+        return made
 
     @classmethod
     def at_end(cls, cost: float, *, done: bool) -> CostInterval:
