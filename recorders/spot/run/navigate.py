@@ -33,6 +33,8 @@ _Goal = Callable[[int | None], int]
 
 TURN_LIMIT = 1.0
 """Angular speed limit in radians per second."""
+RENEWALS = 4
+"""How often a command to walk is renewed while it holds, if the network is fast enough."""
 MIN_TIME_LIMIT_S = 20.0
 """Time allowance in seconds of every walk, added to walk_factor times its expected time."""
 UNKNOWN_M = 20.0
@@ -79,6 +81,7 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
         RunStopped: the run cannot continue: stop, lost lease, impaired robot, or network down.
     """
     settings = world.settings
+    hold_s = hold_of(world)
     pose = world.site.paths.standing_pose(location)
     if pose is None:
         return WalkEnd(ending=WalkEnding.REFUSED, reason=f"no way leads to {location}")
@@ -94,9 +97,9 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
             if ending is WalkEnding.TIMED_OUT:
                 world.go_on_after("it got no command in time, and stands")
                 number = None
-            if number is None or world.now_ns() - sent_ns > settings.dead_man_s / 3 * 1e9:
+            if number is None or world.now_ns() - sent_ns >= hold_s / RENEWALS * 1e9:
                 number, sent_ns = renew_navigation(world, goal, number), world.now_ns()
-            world.wait(settings.poll_s)
+            world.wait(min(settings.poll_s, hold_s / RENEWALS))
             if world.requests.take_skip():
                 world.control.stop()
                 return WalkEnd(ending=WalkEnding.REFUSED, reason=SKIPPED)
@@ -160,8 +163,7 @@ def _status(world: SpotWorld, number: int) -> _Status:
 
 
 def renew_navigation(world: SpotWorld, goal: _Goal, number: int | None) -> int:
-    """Extend the command to walk to a goal by dead_man_s; returns the command id, a new one if the robot has lost
-    the old.
+    """Let the command to walk to a goal hold anew; returns the command id, a new one if the robot has lost the old.
 
     Without renewed commands the robot stops by itself, whatever the cause.
 
@@ -186,7 +188,7 @@ def _note_place(world: SpotWorld, walked: WalkLog) -> None:
 
 def navigation_goal(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal:
     """The goal for GraphNav: a waypoint, else a pose in the seed frame at body height."""
-    client, timeout_s, lasts_s = world.graph_nav(), world.connection.timeout_s, world.settings.dead_man_s
+    client, timeout_s, lasts_s = world.graph_nav(), world.connection.timeout_s, hold_of(world)
     travel = GraphNavClient.generate_travel_params(0.25, 0.2, speed_limit(speed_of(world)))
     waypoint = world.site.waypoints.get(location)
     if waypoint:
@@ -212,6 +214,16 @@ def _expected_s(world: SpotWorld, goal: Pose) -> float:
 def speed_of(world: SpotWorld) -> float:
     """The speed limit in m/s that is sent with every command: that of the run, else the site's."""
     return world.settings.speed_mps or world.site.robot.speed_mps
+
+
+def hold_of(world: SpotWorld) -> float:
+    """How long a command to walk holds without being renewed, in seconds.
+
+    Boston Dynamics' own example sends commands that hold for 1 s, twice a second, so that they end soon when the
+    program is killed (spot-sdk, graph_nav_command_line.py); with its id a command is continued, not begun anew
+    (graph_nav.proto, NavigateToRequest.command_id).
+    """
+    return world.settings.hold_s(speed_of(world))
 
 
 def speed_limit(speed_mps: float) -> geometry_pb2.SE2VelocityLimit:

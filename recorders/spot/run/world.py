@@ -342,7 +342,7 @@ class SpotWorld:
 
     def _came_back(self, asked_ns: int, *, failed: bool) -> None:
         away_s = (self.now_ns() - asked_ns) / 1e9
-        if failed and away_s > self.settings.dead_man_s:
+        if failed and away_s > self.settings.outage_s:
             self.go_on_after(f"no contact for {away_s:.0f} s")
 
     def graph_nav(self) -> Any:
