@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from dashboards.library.library import Library, NoLogs
+from dashboards.library.library import Library, NoLogsInFolder
 from dashboards.viser_app.access import TokenRequired, is_loopback
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
@@ -34,7 +34,7 @@ def show_until_stopped(
     """Serves until Ctrl-C; returns what is missing from the runs that are shown at first, by their logs.
 
     Raises:
-        FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse, TokenRequired.
+        FileMissing, NoLogsInFolder, NoMcap and the other errors of reading a log; PortInUse, TokenRequired.
     """
     dashboard = open_dashboard(
         logs, host=host, port=port, at=at, follow=follow, token=token, memory=memory, ghosts=ghosts
@@ -131,7 +131,7 @@ def _first_readable(library: Library, indices: Sequence[int]) -> int:
         else:
             return index
     library.timeline(0)
-    raise NoLogs(library.folder or library.paths[0])
+    raise NoLogsInFolder(library.folder or library.paths[0])
 
 
 def _wait_for_logs(logs: Sequence[Path]) -> None:

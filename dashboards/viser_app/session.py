@@ -34,7 +34,7 @@ from dashboards.viser_app.drawing.stage import Stage
 from dashboards.viser_app.fitted_camera import FittedCamera
 from dashboards.viser_app.view_errors import ViewErrors
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
-from replayers.log_tools.notes import Note
+from replayers.log_tools.notes import RunNote
 from workbench.arrays import Bools
 from workbench.errors import LiosError
 from workbench.log_schema.events import SeenItem
@@ -46,7 +46,7 @@ FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
 
 
-class Session:
+class BrowserSession:
     """One browser: its state, its stage, and the other views of its scenes."""
 
     def __init__(self, client: viser.ClientHandle, library: Library, state: ViewState) -> None:
@@ -61,13 +61,13 @@ class Session:
         """Containers of the place that none of the runs opened."""
         self.clock = Clock(timelines=())
         self.state = state
-        self.watchers: list[Callable[[Session, list[Scene]], None]] = []
-        self.openers: list[Callable[[Session], None]] = []
+        self.watchers: list[Callable[[BrowserSession, list[Scene]], None]] = []
+        self.openers: list[Callable[[BrowserSession], None]] = []
         self.choosers: list[Callable[[str], None]] = []
         """Called with the label of the tab that should come to the front."""
         self.listers: dict[str, Callable[[str], None]] = {}
         """What arranges the table of runs, by the verb of its command."""
-        self.settlers: list[Callable[[Session], None]] = []
+        self.settlers: list[Callable[[BrowserSession], None]] = []
         self.view_errors = ViewErrors(str(client.client_id))
         self.error_listeners: list[Callable[[str], None]] = []
         """Called with an error as one line; with an empty one when it is resolved."""
@@ -194,7 +194,7 @@ class Session:
         """The true contents of the containers of the run in focus; None where its log does not hold them."""
         return self.library.truth(self._readable[0]) if self._readable else None
 
-    def notes(self) -> list[tuple[Note, ...]]:
+    def notes(self) -> list[tuple[RunNote, ...]]:
         """The notes on each run on show."""
         return [self.library.notes(run) for run in self._readable]
 

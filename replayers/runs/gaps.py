@@ -21,10 +21,9 @@ from replayers.runs.run import Run, read
 from workbench.errors import LiosError
 from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, Observation, PlanComputed
 from workbench.message_enum import MessageEnum, Result
+from workbench.tolerances import NEAR_LOGGED_SUM
 from workbench.worlds.house import LocationId
 
-NEAR_COST = 1e-2
-"""Costs are rounded to six decimals and added up over a run."""
 SIMULATED_SOURCES = ("simulation", "replay")
 
 
@@ -239,7 +238,7 @@ def _ended_later(run: Run) -> bool:
     if run.outcome.searches > max(searches, sum(action.action == "search" for action in run.actions)):
         return True
     simulated = run.info.source in SIMULATED_SOURCES
-    return simulated and run.outcome.own_cost - sum(action.cost for action in run.actions) > NEAR_COST
+    return simulated and run.outcome.own_cost - sum(action.cost for action in run.actions) > NEAR_LOGGED_SUM
 
 
 def _first_looks_lost(run: Run, *, certain: bool) -> frozenset[str]:
