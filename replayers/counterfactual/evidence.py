@@ -223,7 +223,7 @@ def evidence_of(run: Run) -> Evidence:
         path=str(run.path),
         sha256=run.sha256,
         info=run.info,
-        complete=run.complete,
+        complete=run.has_end,
         gaps=gaps,
         place=run.place,
         task=run.task,
@@ -285,7 +285,7 @@ def _is_certain(seen: Observation, gaps: Gaps) -> bool:
 def _gap_notes(run: Run, gaps: Gaps, used: int) -> tuple[str, ...]:
     """The notes on what is missing; of the observations, so many are used."""
     dropped = len(run.observations) - used
-    cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
+    cut = () if run.has_end else ("the log is cut off: what it holds is replayed",)
     if not gaps.lost:
         return cut
     unused = "1 search proves nothing and counts" if dropped == 1 else f"{dropped} searches prove nothing and count"

@@ -112,6 +112,11 @@ class Run:
         copied = self.recovered is not None and self.recovered.lost is Lost.END
         return copied or not (self.closed or self.ended)
 
+    @property
+    def has_end(self) -> bool:
+        """Whether it holds all of the run, perhaps in a file that was cut off after it, in its index."""
+        return self.complete or (self.ended and self.outcome is not None)
+
     def __repr__(self) -> str:
         """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
         end = f"{self.outcome.status}, cost {self.outcome.cost:.1f}" if self.outcome else "no outcome"
@@ -345,7 +350,7 @@ class RunBuilder:
             raw_poses=tuple(self.poses),
             corrections=tuple(self.corrections),
             closed=closed,
-            complete=(closed or ended) and outcome is not None,
+            complete=closed and outcome is not None,
             ended=ended,
             damage=tuple(self.damage),
             part=self.part,
