@@ -38,7 +38,7 @@ class NoEvaluation(NotFound):
         super().__init__(f"{folder}: not an evaluation of tasks (no {lacks}). Make one: lios evaluate tasks -o DIR.")
 
 
-class NoTrials(NotFound):
+class NoTrialsReported(NotFound):
     """An evaluation that was stopped before its first trial, or that no house supports."""
 
     def __init__(self, folder: Path) -> None:
@@ -50,7 +50,7 @@ def write_report(folder: Path) -> tuple[Path, list[Path]]:
 
     Raises:
         NoEvaluation: the folder holds no evaluation of tasks.
-        NoTrials: it holds no trial.
+        NoTrialsReported: it holds no trial.
         MalformedFile: its files are damaged.
     """
     for name in (SETTINGS_FILE, TRIALS_FILE):
@@ -61,7 +61,7 @@ def write_report(folder: Path) -> tuple[Path, list[Path]]:
     scenarios = {name: i for i, name in enumerate(request.scenarios)}
     rows = read_rows(folder / TRIALS_FILE, torn_is_fine=True)
     if not rows:
-        raise NoTrials(folder)
+        raise NoTrialsReported(folder)
     last = len(names) + len(scenarios)
     rows.sort(key=lambda r: (scenarios.get(r.scenario, last), r.trial, names.get(r.strategy, last), r.strategy))
     lines = table(rows, seed=request.seed)

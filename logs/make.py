@@ -9,19 +9,19 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
 
 HERE = Path(__file__).resolve().parent
 ESTIMATOR = "counts"
 
-SIMULATED: Mapping[str, tuple[int, TaskRequest, str]] = {
-    "find-greedy": (9, TaskRequest(find="mug"), "greedy"),
-    "find-lios": (9, TaskRequest(find="mug"), "lios"),
-    "find-conditioned-lios": (9, TaskRequest(find="mug"), "conditioned-lios"),
-    "deliver-3": (5, TaskRequest(scenario="deliver-3"), "model-lios"),
-    "breakfast": (5, TaskRequest(scenario="breakfast"), "model-lios"),
+SIMULATED: Mapping[str, tuple[int, RequestedTask, str]] = {
+    "find-greedy": (9, RequestedTask(find="mug"), "greedy"),
+    "find-lios": (9, RequestedTask(find="mug"), "lios"),
+    "find-conditioned-lios": (9, RequestedTask(find="mug"), "conditioned-lios"),
+    "deliver-3": (5, RequestedTask(scenario="deliver-3"), "model-lios"),
+    "breakfast": (5, RequestedTask(scenario="breakfast"), "model-lios"),
 }
 """Log, shipped house, task, strategy."""
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from recorders.earlier_runs import move_rates, read_history
-from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, Trial, record_trial, trial_for
 from recorders.sinks.files import Sink
 from recorders.sinks.mirrored import ViewerFeed
 from workbench.beliefs.memory.move_rates import NS_PER_DAY
@@ -82,7 +82,7 @@ def record(
     if path.exists() and not force and sink is None:
         raise OutputExists(path)
     home, ways = _place(house, assets, moved, seed)
-    job = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
+    job = RequestedTask(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
     trial = trial_for(
         job, home, strategy=strategy, estimator=estimator, seed=seed, max_known=known, miss_rate=miss_rate, ways=ways
     )

@@ -19,7 +19,7 @@ from google.protobuf.message import Message
 from recorders.foxglove.channels import LATCHED, ViewerMessage, ViewerMessages
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.mcap_io.writer import DiskFull
-from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.files import LogFiles, Sink, SplitLimits
 from recorders.sinks.mirrored import MirroredSink, ViewerFeed
 from recorders.sinks.threaded import ThreadedSink
 from workbench.errors import LiosError
@@ -88,7 +88,7 @@ class RunRecorder:
         motion: bool | None = None,
         sync_s: float = SYNC_S,
         background: bool = False,
-        split: Split | None = None,
+        split: SplitLimits | None = None,
         sink: Sink | None = None,
         audience: ViewerFeed | None = None,
         receipt_ns: Callable[[], int] | None = None,

@@ -91,7 +91,7 @@ class NotExactlyOneTask(InputError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TaskRequest:
+class RequestedTask:
     """A task as given by the user: exactly one of an item type to find, a scenario, or a task file.
 
     Raises:
@@ -110,7 +110,7 @@ class TaskRequest:
 
 
 def trial_for(
-    request: TaskRequest,
+    request: RequestedTask,
     house: House,
     *,
     strategy: str | Strategy,

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    # Started in the background by a shell: what tests start and then interrupt would inherit deaf ears.
+    # Started in the background by a shell: processes that tests start and interrupt would ignore the interrupt too.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Set in many containers; with it, no test would see what a buffer keeps back.
@@ -60,7 +60,8 @@ def pytest_collection_finish() -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Browser tests run one after another: a second browser on two cores makes both miss their time-outs. Benchmarks
-    are slow tests: their set-ups are as large as what they measure."""
+    are slow tests: their set-ups are as large as what they measure. The first tests that plan are one group
+    ("compiles"), or two workers would compile the planner side by side where numba has kept nothing yet."""
     for item in items:
         if item.path.parent.name == "benchmarks":
             item.add_marker(pytest.mark.slow)

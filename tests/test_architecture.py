@@ -53,6 +53,23 @@ def test_nothing_unpickles() -> None:
     assert [p.name for p in files() if forbidden.search(p.read_text(encoding="utf-8"))] == []
 
 
+def test_array_types_stand_in_one_module() -> None:
+    written = [
+        path.relative_to(ROOT).as_posix() for path in files() if "NDArray[" in path.read_text(encoding="utf-8")
+    ]
+    assert written == ["workbench/arrays.py"]
+
+
+def test_one_class_has_one_name() -> None:
+    named = Counter(
+        node.name
+        for path in files()
+        for node in parsed(path).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert {name for name, count in named.items() if count > 1} == SEVERAL_CLASSES
+
+
 def test_nothing_holds_merge_marks() -> None:
     """A docstring may hold them and still pass every other check."""
     written = [*files(), *(ROOT / "docs").rglob("*.md"), ROOT / "README.md", *(ROOT / "tests").rglob("*.py")]
@@ -73,6 +90,9 @@ MANY_PARAMETERS = {
     "workbench/planning/builtin/errand_moves.py moves_from": "arrays in named tuples took 1.13 to 1.4 of the time",
     "workbench/planning/builtin/lower_bounds.py heuristic": "as moves_from",
 }
+
+SEVERAL_CLASSES = {"Commands", "FindCosts", "SeenInPassing", "State"}
+"""Names that two classes may have: one of each is of the log's wire format or a service of the simulated robot."""
 
 CROSS_CUTTING_TESTS = {
     "test_architecture": "all packages",

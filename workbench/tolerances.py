@@ -51,3 +51,7 @@ DEGENERATE = 1e-12
 """Below this cross product, part of a direction or squared size of a quaternion, there is no direction."""
 TINY = 1e-9
 """Used in place of 0 where a length or duration divides, or where 0 would mean that there is no edge."""
+SMALLEST = 1e-300
+"""Used in place of 0 in a denominator of a continued fraction."""
+FRACTION_ACCURACY = 1e-15
+"""A continued fraction ends at a factor closer to 1 than this."""

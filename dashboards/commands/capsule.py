@@ -35,7 +35,7 @@ def capsule(
     timelines = read_together(logs)
     size = write_capsule(timelines, output, force=force)
     elsewhere = other_houses(timelines)
-    lost = losses(timeline.run for timeline in timelines)
+    found = losses(timeline.run for timeline in timelines)
     if as_json:
         emit_json(
             {
@@ -43,9 +43,10 @@ def capsule(
                 "bytes": size,
                 "runs": len(timelines) - len(elsewhere),
                 "left_out": [str(t.run.path) for t in elsewhere],
-                "lost": lost,
+                "lost": found.lost,
+                "cut_off": found.cut_off,
             }
         )
     else:
         say(f"Wrote {output} ({size / 1e6:.2f} MB). Open it in a browser; it needs no network.")
-    end_with_losses(lost)
+    end_with_losses(found)

@@ -31,7 +31,7 @@ def demo(
 
         lios demo --no-view -o somewhere
     """
-    from recorders.simulated_run import TaskRequest, record_trial, trial_for
+    from recorders.simulated_run import RequestedTask, record_trial, trial_for
     from replayers.batch.replay_all import ReplayRequest, log_path, replay_log, strategies_named
     from replayers.batch.store import replay_path
     from replayers.counterfactual.replay import ReplaySettings
@@ -42,7 +42,7 @@ def demo(
 
     log = output / "run.mcap"
     output.mkdir(parents=True, exist_ok=True)
-    trial = trial_for(TaskRequest(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios")
+    trial = trial_for(RequestedTask(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios")
     say(f"1. A robot looks for a {ITEM} in {trial.house.plan.name}, by {trial.strategy} (the paper's search policy).")
     with patience():
         end = record_trial(trial, log, force=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import click
 
@@ -13,6 +13,9 @@ from workbench.errors import BadValue, MissingExtra
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, progress, say
+
+if TYPE_CHECKING:
+    from replayers.runs.gaps import LogLosses
 
 FORMATS = ("parquet", "csv", "rrd")
 
@@ -109,7 +112,15 @@ def _tables(
     lost = losses_of_logs(logs)
     if as_json:
         problems = [{"file": problem.path, "reason": problem.reason} for problem in done.problems]
-        emit_json({"output": str(done.folder), "rows": done.rows, "problems": problems, "lost": lost})
+        emit_json(
+            {
+                "output": str(done.folder),
+                "rows": done.rows,
+                "problems": problems,
+                "lost": lost.lost,
+                "cut_off": lost.cut_off,
+            }
+        )
     for name, count in done.rows.items():
         say(f"{name}: {count:,} row{'' if count == 1 else 's'}")
     say(f"Wrote {done.folder} ({'CSV' if file_format == 'csv' else 'Parquet'}).")
@@ -146,7 +157,9 @@ def _recordings(logs: Sequence[Path], output: Path, *, single: bool, force: bool
     lost = losses_of_logs([log for log in logs if str(log) not in problems])
     if as_json:
         rows = [{"file": log, "reason": reason} for log, reason in problems.items()]
-        emit_json({"output": str(output), "bytes": sizes, "problems": rows, "lost": lost})
+        emit_json(
+            {"output": str(output), "bytes": sizes, "problems": rows, "lost": lost.lost, "cut_off": lost.cut_off}
+        )
     for path, size in sizes.items():
         say(f"Wrote {path} ({size / 1e6:.2f} MB). Open it: rerun {path}")
     _say_what_is_missing(list(problems.values()), lost)
@@ -169,7 +182,7 @@ def _recording_files(logs: Sequence[Path], output: Path, *, single: bool) -> lis
     return [output / f"{name}.rrd" for name in names]
 
 
-def _say_what_is_missing(problems: Sequence[str], lost: Mapping[str, tuple[str, ...]]) -> None:
+def _say_what_is_missing(problems: Sequence[str], lost: LogLosses) -> None:
     """Say what was left out or lost, and end with exit code 3 if anything was."""
     from replayers.commands.losses import end_with_losses
 

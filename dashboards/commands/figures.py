@@ -34,9 +34,9 @@ def figures(
 
     timelines = same_house(read_together(logs))
     written = write_figures(timelines, output, formats=tuple(format_ or ("pdf", "png")), force=force)
-    lost = losses(timeline.run for timeline in timelines)
+    found = losses(timeline.run for timeline in timelines)
     if as_json:
-        emit_json({"files": [str(path) for path in written], "lost": lost})
+        emit_json({"files": [str(path) for path in written], "lost": found.lost, "cut_off": found.cut_off})
     else:
         say(f"Wrote {len(written)} figures to {output}.")
-    end_with_losses(lost)
+    end_with_losses(found)

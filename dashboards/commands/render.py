@@ -63,9 +63,18 @@ def render(
         )
     else:
         draw_picture(timelines, output, at_s=at, framing=framing, force=force)
-    lost = losses(timeline.run for timeline in timelines)
+    found = losses(timeline.run for timeline in timelines)
     if as_json:
-        emit_json({"output": str(output), "frames": frames, "width": width, "height": height, "lost": lost})
+        emit_json(
+            {
+                "output": str(output),
+                "frames": frames,
+                "width": width,
+                "height": height,
+                "lost": found.lost,
+                "cut_off": found.cut_off,
+            }
+        )
     else:
         say(f"Wrote {output}" + (f" ({frames} frames)." if frames > 1 else "."))
-    end_with_losses(lost)
+    end_with_losses(found)

@@ -8,7 +8,7 @@ from workbench.worlds.house import FloorPlan
 from workbench.worlds.walls import (
     MIN_WALL_M,
     THICKNESS_M,
-    Gap,
+    WallGap,
     WallLine,
     WallPiece,
     gaps_of,
@@ -50,7 +50,7 @@ def _piece(line: WallLine, piece: WallPiece, *, cap: bool) -> list[Solid]:
     return made
 
 
-def _filling(line: WallLine, gap: Gap, top_m: float) -> list[Solid]:
+def _filling(line: WallLine, gap: WallGap, top_m: float) -> list[Solid]:
     """What is in an opening: a threshold and posts for a door, glass for a window, a leaf for a closed door."""
     middle, width = (gap.start_m + gap.end_m) / 2, gap.end_m - gap.start_m
     high = min(gap.top_m, top_m)

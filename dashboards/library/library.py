@@ -15,7 +15,7 @@ from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
 from dashboards.sensing.robot_sensors import RobotSensors, sensors_of
 from replayers.live.ghost_bounds import GhostReport
-from replayers.log_tools.notes import Note, notes_of
+from replayers.log_tools.notes import RunNote, notes_of
 from replayers.runs.growing_log import GrowingLog
 from workbench.beliefs.memory.history import History
 from workbench.caches import Cache
@@ -32,7 +32,7 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 
-class NoLogs(NotFound):
+class NoLogsInFolder(NotFound):
     """A folder without logs."""
 
     def __init__(self, folder: Path) -> None:
@@ -44,7 +44,7 @@ class Library:
 
     Raises:
         FileMissing: a path does not exist.
-        NoLogs, NotRecorded: a folder without logs.
+        NoLogsInFolder, NotRecorded: a folder without logs.
         MalformedFile: the folder of an evaluation whose table cannot be read.
     """
 
@@ -60,7 +60,7 @@ class Library:
         self._robot_sensors: Cache[int, RobotSensors | None] = Cache(MAX_CACHED_RUNS)
         self._sensors_fresh_until: dict[int, float] = {}
         self._truths: Cache[int, Mapping[str, tuple[SeenItem, ...]] | None] = Cache(MAX_CACHED_RUNS)
-        self._notes: Cache[int, tuple[Note, ...]] = Cache(MAX_CACHED_RUNS)
+        self._notes: Cache[int, tuple[RunNote, ...]] = Cache(MAX_CACHED_RUNS)
         self._shapes: Cache[FloorPlan, HouseShape] = Cache(MAX_CACHED_RUNS)
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
@@ -111,7 +111,7 @@ class Library:
         with self._lock:
             return self._truths.get(index, lambda: self._truth(self.paths[index]))
 
-    def notes(self, index: int) -> tuple[Note, ...]:
+    def notes(self, index: int) -> tuple[RunNote, ...]:
         """The notes of people on the index-th log, by time; none where they cannot be read."""
         with self._lock:
             return self._notes.get(index, lambda: _notes(self.paths[index]))
@@ -183,7 +183,7 @@ class Library:
         return truth.contents if truth is not None else None
 
 
-def _notes(path: Path) -> tuple[Note, ...]:
+def _notes(path: Path) -> tuple[RunNote, ...]:
     try:
         return tuple(notes_of(path))
     except LiosError:
@@ -197,7 +197,7 @@ def logs_of(paths: Sequence[Path]) -> list[Path]:
         if path.is_dir():
             inside = sorted(p for p in path.rglob("*.mcap") if p.is_file())
             if not inside:
-                raise NoLogs(path)
+                raise NoLogsInFolder(path)
             found += inside
         elif path.exists():
             found.append(path)

@@ -26,7 +26,7 @@ NO_LOG = -1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trial:
+class EvaluatedTrial:
     """One row of an evaluation, and the path of its log if it was recorded."""
 
     log: Path
@@ -50,7 +50,7 @@ class NotRecorded(NotFound):
         )
 
 
-def evaluation_in(folder: Path) -> list[Trial] | None:
+def evaluation_in(folder: Path) -> list[EvaluatedTrial] | None:
     """The trials of an evaluation's folder; None for another folder.
 
     Raises:
@@ -63,7 +63,7 @@ def evaluation_in(folder: Path) -> list[Trial] | None:
     return None
 
 
-def trial_rows(trials: Sequence[Trial], logs: Sequence[Path]) -> list[RunRow]:
+def trial_rows(trials: Sequence[EvaluatedTrial], logs: Sequence[Path]) -> list[RunRow]:
     """Rows of trials; those without a log can be compared, not opened."""
     index = {path.resolve(): i for i, path in enumerate(logs)}
     return [
@@ -148,11 +148,11 @@ def _sought(log: Path) -> str:
         return "find"
 
 
-def _tasks(folder: Path) -> list[Trial]:
+def _tasks(folder: Path) -> list[EvaluatedTrial]:
     from recorders.task_trials import log_path
 
     return [
-        Trial(
+        EvaluatedTrial(
             log=log_path(folder / "logs", row.scenario, row.trial, row.strategy),
             place=row.house,
             scenario=row.scenario,
@@ -167,13 +167,13 @@ def _tasks(folder: Path) -> list[Trial]:
     ]
 
 
-def _searches(folder: Path) -> list[Trial]:
+def _searches(folder: Path) -> list[EvaluatedTrial]:
     from recorders.search_trials import log_path
     from workbench.evaluation.search.trials import SearchTrial
     from workbench.worlds.house import ItemType
 
     path = folder / SEARCH_TRIALS
-    made: list[Trial] = []
+    made: list[EvaluatedTrial] = []
     try:
         with path.open(newline="", encoding="utf-8") as stream:
             for row in csv.DictReader(stream):
@@ -182,7 +182,7 @@ def _searches(folder: Path) -> list[Trial]:
                     raise ValueError(f"cost {cost}")
                 trial = SearchTrial(house=house, item_type=ItemType(item), policy=policy, cost=float(cost), order=())
                 made.append(
-                    Trial(
+                    EvaluatedTrial(
                         log=log_path(folder / "logs", trial),
                         place=house,
                         scenario=f"find {readable_name(item)}",

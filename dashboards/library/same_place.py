@@ -14,7 +14,7 @@ def read_together(logs: Sequence[Path]) -> list[Timeline]:
     """Reads the runs to be shown together, the first in focus; prints which are left out as of another place.
 
     Raises:
-        FileMissing, NoLogs and the other errors of reading a log.
+        FileMissing, NoLogsInFolder and the other errors of reading a log.
     """
     library = Library(logs)
     timelines = [library.timeline(index) for index in range(len(library.paths))]

@@ -14,7 +14,7 @@ from workbench.log_schema.events import ActionFinished
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Divergence:
+class RunDivergence:
     """The first difference of two runs.
 
     Attributes:
@@ -30,14 +30,14 @@ class Divergence:
     did: tuple[str, str]
 
 
-def divergence(a: Timeline, b: Timeline) -> Divergence | None:
+def divergence(a: Timeline, b: Timeline) -> RunDivergence | None:
     """Where two runs diverge, or None if they do the same to their ends."""
     ours, theirs = a.actions, b.actions
     for index in range(max(len(ours), len(theirs))):
         left = ours[index] if index < len(ours) else None
         right = theirs[index] if index < len(theirs) else None
         if left is None or right is None or _what(left) != _what(right):
-            return Divergence(
+            return RunDivergence(
                 index=index,
                 stamps_ns=(_stamp(a, left), _stamp(b, right)),
                 decisions=(_decision(left), _decision(right)),

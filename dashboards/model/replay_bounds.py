@@ -11,7 +11,7 @@ from workbench.terminal import say
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Counterfactual:
+class ReplayBounds:
     """Least and greatest cost over all consistent worlds; None where they were not proven.
 
     Attributes:
@@ -25,7 +25,7 @@ class Counterfactual:
     interval90: tuple[float, float] | None
 
 
-def stored_bounds(log: Path) -> Counterfactual | None:
+def stored_bounds(log: Path) -> ReplayBounds | None:
     """The counterfactual stored beside a replay's log, None for another log; an unreadable file is reported."""
     kept_at = log.with_suffix(".json")
     if not log.name.endswith(".replay.mcap") or not kept_at.exists():
@@ -37,7 +37,7 @@ def stored_bounds(log: Path) -> Counterfactual | None:
     except LiosError as error:
         say(f"Bounds are not shown: {error}")
         return None
-    return Counterfactual(
+    return ReplayBounds(
         lower=kept.bounds.lower if kept.bounds is not None else None,
         upper=finite(kept.bounds.upper) if kept.bounds is not None else None,
         exact=kept.exact,

@@ -10,7 +10,7 @@ from dashboards.model.containers.container_history import wanted_words
 from dashboards.model.labels import humanize_ids, place_words
 from dashboards.model.phases import describe
 from dashboards.model.timeline import Timeline
-from replayers.log_tools.notes import Note
+from replayers.log_tools.notes import RunNote
 
 EventKind = Literal["refused", "search", "decision", "note", "end"]
 KINDS: tuple[EventKind, ...] = get_args(EventKind)
@@ -26,7 +26,7 @@ class RunEvent:
     words: str
 
 
-def run_events(timeline: Timeline, notes: Sequence[Note]) -> tuple[RunEvent, ...]:
+def run_events(timeline: Timeline, notes: Sequence[RunNote]) -> tuple[RunEvent, ...]:
     """Notes, decisions with their reasons, searches with the goal's items found, refused actions, and the end."""
     names = (*timeline.item_types, *(str(c.id) for c in timeline.plan.containers))
     events = [RunEvent(stamp_ns=note.start_ns, kind="note", words=_said(note)) for note in notes]
@@ -48,5 +48,5 @@ def run_events(timeline: Timeline, notes: Sequence[Note]) -> tuple[RunEvent, ...
     return tuple(sorted(events, key=lambda event: (event.stamp_ns, KINDS.index(event.kind))))
 
 
-def _said(note: Note) -> str:
+def _said(note: RunNote) -> str:
     return f"{note.author}: {note.text}" if note.author else note.text

@@ -98,13 +98,14 @@ class Scene:
     charged: float | None
 
 
-def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Scene:
+def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC, ahead: bool = True) -> Scene:
     """The run at a moment; before its start and after its end it stands still.
 
     Args:
         timeline: the run, from timeline_of.
         stamp_ns: nanoseconds since the Unix epoch.
         focus: the item type whose belief is shown; AUTOMATIC follows the plan.
+        ahead: whether to find the planned path; the first one loads the compiled search for paths.
     """
     stamp = min(max(stamp_ns, timeline.start_ns), timeline.end_ns)
     second = timeline.seconds(stamp)
@@ -138,7 +139,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         search_order=plan.search_order if plan is not None else (),
         trail=trail,
         imputed=imputed,
-        ahead=_ahead(timeline, frame, steps, robot, stamp),
+        ahead=_ahead(timeline, frame, steps, robot, stamp) if ahead else np.zeros((0, 2)),
         steps=steps,
         expected_cost=plan.expected_cost if plan is not None and plan.steps else None,
         plan_status=plan.status if plan is not None else "",

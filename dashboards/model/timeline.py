@@ -19,7 +19,7 @@ from dashboards.model.paths.action_path import path_of_actions
 from dashboards.model.paths.odometry_path import path_of_poses
 from dashboards.model.paths.planned_path import PlannedPaths
 from dashboards.model.phases import Phase, phases_of
-from dashboards.model.replay_bounds import Counterfactual
+from dashboards.model.replay_bounds import ReplayBounds
 from workbench.arrays import Bools, Floats, Ints
 from workbench.log_schema.events import (
     NANO,
@@ -96,7 +96,7 @@ class Timeline:
     phases: tuple[Phase, ...]
     item_types: tuple[str, ...]
     top_belief: Mapping[str, float]
-    counterfactual: Counterfactual | None
+    counterfactual: ReplayBounds | None
     ways: PlannedPaths = field(repr=False, compare=False)
     decision_ns: tuple[int, ...] = field(repr=False)
     action_ns: tuple[int, ...] = field(repr=False)
@@ -142,7 +142,7 @@ class Timeline:
         return bisect_right(self.decision_ns, stamp_ns) - 1
 
 
-def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Timeline:
+def timeline_of(run: Run, *, counterfactual: ReplayBounds | None = None) -> Timeline:
     """Turns a run into a timeline; what the log lacks is left empty.
 
     Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from dashboards.model.clock import Clock
-from dashboards.model.divergence import Divergence, divergence
+from dashboards.model.divergence import RunDivergence, divergence
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour
@@ -93,7 +93,7 @@ def _parting(clock: Clock, other: int, names: list[str]) -> Markup:
     return html("{}<p>They diverge {}.</p>{}", title, jump, sides)
 
 
-def _believed(timeline: Timeline, found: Divergence, side: int) -> Markup:
+def _believed(timeline: Timeline, found: RunDivergence, side: int) -> Markup:
     """The most believed containers at the decision where the runs diverged."""
     frame = next((d for d in timeline.decisions if d.number == found.decisions[side]), None)
     belief = frame.belief if frame is not None else None

@@ -9,14 +9,14 @@ from markupsafe import Markup
 from dashboards.model.clock import Clock
 from dashboards.model.run_events import EventKind, RunEvent, run_events
 from dashboards.panels.markup import command, html, name, table, text
-from replayers.log_tools.notes import Note
+from replayers.log_tools.notes import RunNote
 
 MAX_ROWS = 300
 MAX_CHARS = 400
 SIGNS: dict[EventKind, str] = {"note": "▼", "decision": "|", "search": "?", "refused": "!", "end": "■"}
 
 
-def events(clock: Clock, names: Sequence[str], notes: Sequence[tuple[Note, ...]]) -> Markup:
+def events(clock: Clock, names: Sequence[str], notes: Sequence[tuple[RunNote, ...]]) -> Markup:
     """All that happened in the run in focus, with its notes; below, the notes on the other runs.
 
     Args:
@@ -46,7 +46,7 @@ def _first_notes(found: Sequence[RunEvent]) -> list[RunEvent]:
     return [event for event in found if id(event) in kept]
 
 
-def _others(clock: Clock, names: Sequence[str], notes: Sequence[tuple[Note, ...]]) -> Markup:
+def _others(clock: Clock, names: Sequence[str], notes: Sequence[tuple[RunNote, ...]]) -> Markup:
     rows = [
         [_moment(note.start_ns, clock, run), name(names[run]), name(_said(note), max_chars=MAX_CHARS)]
         for run in range(1, min(len(notes), len(clock.timelines)))
@@ -58,7 +58,7 @@ def _others(clock: Clock, names: Sequence[str], notes: Sequence[tuple[Note, ...]
     return html("<h3>Notes on the other runs</h3>{}", made)
 
 
-def _said(note: Note) -> str:
+def _said(note: RunNote) -> str:
     return f"{note.author}: {note.text}" if note.author else note.text
 
 

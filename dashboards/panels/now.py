@@ -35,7 +35,7 @@ def title(timeline: Timeline, *, has_truth: bool = False) -> Markup:
     info = timeline.run.info
     parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", _robot(info.source, has_truth=has_truth)]
     notes = [] if timeline.run.complete else ["This log was cut off; it is shown as far as it goes."]
-    lost = gaps_of(timeline.run).lost
+    lost = gaps_of(timeline.run).dropped
     if lost:
         notes.append(f"This log is not whole: {'; '.join(lost)}; see lios doctor.")
     if not timeline.decisions:

@@ -10,7 +10,7 @@ from dashboards.model.clock import UNITS, Clock
 from dashboards.model.phases import Phase
 from dashboards.palette import PHASES, Colour, css, ink, run_number
 from dashboards.panels.markup import command, dot, html, name, text
-from replayers.log_tools.notes import Note
+from replayers.log_tools.notes import RunNote
 
 ROW_PX, NARROW_PX = 16, 12
 """Height of a run's row; of many runs, so that their house keeps its room."""
@@ -25,7 +25,7 @@ MAX_NOTES, MAX_NOTE_CHARS = 200, 400
 """Notes marked on one row, and characters of each in its tooltip."""
 
 
-def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence[tuple[Note, ...]] = ()) -> Markup:
+def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence[tuple[RunNote, ...]] = ()) -> Markup:
     """Rows of phases with ticks at decisions; a click seeks. Drawn once; `cursor` moves over it.
 
     Args:
@@ -72,7 +72,7 @@ def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence
     )
 
 
-def _note(x: float, bottom: int, note: Note) -> Markup:
+def _note(x: float, bottom: int, note: RunNote) -> Markup:
     """A triangle at the time that a note is about."""
     who = f"{note.author}: " if note.author else ""
     return html(

@@ -9,14 +9,14 @@ import rerun as rr
 from dashboards.model.labels import action_words, humanize_ids, place_words
 from dashboards.model.timeline import Timeline
 from dashboards.rerun_export.times import time_columns
-from replayers.log_tools.notes import Note
+from replayers.log_tools.notes import RunNote
 from workbench.worlds.names import readable_name
 
 Line = tuple[int, str, str]
 """(stamp in nanoseconds since the epoch, level, text)."""
 
 
-def log_words(recording: rr.RecordingStream, timeline: Timeline, notes: Sequence[Note]) -> None:
+def log_words(recording: rr.RecordingStream, timeline: Timeline, notes: Sequence[RunNote]) -> None:
     """Write the lines of a run, one entity for each kind."""
     for path, lines in lines_of(timeline, notes).items():
         recording.send_columns(
@@ -26,7 +26,7 @@ def log_words(recording: rr.RecordingStream, timeline: Timeline, notes: Sequence
         )
 
 
-def lines_of(timeline: Timeline, notes: Sequence[Note]) -> dict[str, list[Line]]:
+def lines_of(timeline: Timeline, notes: Sequence[RunNote]) -> dict[str, list[Line]]:
     """The lines of a run by entity path, each in order; kinds without lines are left out."""
     run = timeline.run
     names = {*timeline.item_types, *(c.id for c in timeline.plan.containers)}

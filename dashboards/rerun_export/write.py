@@ -17,7 +17,7 @@ from dashboards.rerun_export.robot import log_robot
 from dashboards.rerun_export.series import log_series
 from dashboards.rerun_export.text_log import log_words
 from dashboards.rerun_export.times import SINCE_START
-from replayers.log_tools.notes import Note
+from replayers.log_tools.notes import RunNote
 from workbench.errors import OutputExists
 from workbench.files import atomic
 from workbench.worlds.names import readable_name
@@ -26,7 +26,7 @@ APPLICATION = "lios"
 """Recordings of one application share a blueprint in Rerun's viewer."""
 
 
-def write_rrd(timeline: Timeline, notes: Sequence[Note], output: Path, *, force: bool = False) -> int:
+def write_rrd(timeline: Timeline, notes: Sequence[RunNote], output: Path, *, force: bool = False) -> int:
     """Write a run as a recording whose id is the run's; returns the size of the file in bytes.
 
     Rerun gives each row its own id, so that two exports of one run differ in bytes, not in what they hold.

@@ -25,7 +25,7 @@ NOTHING: Floats32 = np.zeros((0, 3), dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lens:
+class PinholeLens:
     """A pinhole lens in pixels: focal lengths, and the index of the pixel on the optical axis."""
 
     fx: float
@@ -66,7 +66,7 @@ def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Floats32:
     return placed(np.column_stack([x, y, depth])[~np.isin(values, NO_DEPTH)], map_from_odom @ sensor)
 
 
-def scaled_lens(source: Any, image: Any) -> Lens | None:
+def scaled_lens(source: Any, image: Any) -> PinholeLens | None:
     """The pinhole lens of a Spot's camera in the pixels of a picture; None without one.
 
     The SDK counts pixels by their index: the ray through pixel (column, row) is ((column - cx) / fx,
@@ -81,7 +81,7 @@ def scaled_lens(source: Any, image: Any) -> Lens | None:
         return None
     wide = image.cols / source.cols if source.cols else 1.0
     high = image.rows / source.rows if source.rows else 1.0
-    return Lens(
+    return PinholeLens(
         fx=lens.focal_length.x * wide,
         fy=lens.focal_length.y * high,
         cx=(lens.principal_point.x + 0.5) * wide - 0.5,

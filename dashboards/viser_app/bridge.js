@@ -46,11 +46,14 @@
   const scheme = () => "scheme=" + (system.matches ? "dark" : "light");
   system.addEventListener("change", () => window.liosCommand("address ?" + scheme()));
   const wanted = new URLSearchParams(asked).get("tab");
+  // What takes long to load is loaded after the first picture.
+  const drawn = () => (window.liosDrawn ? window.liosCommand("drawn") : setTimeout(drawn, 100));
   let tries = 0;
   const arrive = () => {
     if (field() && front() >= 0) {
       if (tabs().some((t) => t.textContent.trim() === wanted)) window.liosTab(wanted);
       window.liosCommand(`address ${asked || "?"}&${scheme()}`);
+      setTimeout(drawn, 300); // not before the server has read the address from the same field
     } else if (tries++ < 600) setTimeout(arrive, 100);
   };
   arrive();

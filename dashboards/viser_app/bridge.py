@@ -16,7 +16,7 @@ from markupsafe import Markup
 from dashboards.model.clock import ALIGNMENTS
 from dashboards.panels.markup import html
 from dashboards.resources import resource
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from workbench.errors import BadValue
 
@@ -122,7 +122,7 @@ def parse_query(query: str, *, runs: int) -> dict[str, Any]:
     return changes
 
 
-def execute_command(session: Session, words: str) -> None:
+def execute_command(session: BrowserSession, words: str) -> None:
     """Executes a command: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5".
 
     Raises:
@@ -138,6 +138,8 @@ def execute_command(session: Session, words: str) -> None:
         changes = parse_query(rest, runs=len(session.library.paths))
         if changes:
             session.change(**changes)
+    elif verb == "drawn":
+        session.show_planned_paths()
     elif verb in session.listers:
         session.listers[verb](rest.strip())
     elif value is None or (rest and verb not in VERBS):

@@ -11,7 +11,7 @@ from pathlib import Path
 from threading import Event, Thread
 
 from dashboards.library.library import Library
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from dashboards.viser_app.view_errors import ViewErrors
 from workbench.errors import LiosError
 
@@ -23,7 +23,7 @@ REST = 4.0
 class Follower:
     """Watches the logs of a library until it is stopped."""
 
-    def __init__(self, library: Library, sessions: Callable[[], Sequence[Session]]) -> None:
+    def __init__(self, library: Library, sessions: Callable[[], Sequence[BrowserSession]]) -> None:
         self._library = library
         self._sessions = sessions
         self._stopped = Event()

@@ -14,7 +14,7 @@ from typing import final
 import msgspec
 
 from dashboards.library.library import Library
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from dashboards.viser_app.view_errors import ViewErrors
 from replayers.batch.replay_all import strategies_named
 from replayers.counterfactual.sandbox import require_planner
@@ -56,7 +56,9 @@ class GhostWatch:
         sessions: those that are open.
     """
 
-    def __init__(self, library: Library, names: tuple[str, ...], sessions: Callable[[], Sequence[Session]]) -> None:
+    def __init__(
+        self, library: Library, names: tuple[str, ...], sessions: Callable[[], Sequence[BrowserSession]]
+    ) -> None:
         self.library = library
         self._sessions = sessions
         self._folder = tempfile.TemporaryDirectory(prefix="lios-ghosts-")

@@ -17,7 +17,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from dashboards.panels.markup import html
-from dashboards.viser_app.access import Access, Granted, Refused, TokenGiven
+from dashboards.viser_app.access import Access, Granted, Refused, TokenGiven, is_loopback
 from workbench.errors import Failed
 
 Process = Callable[[ServerConnection, Request], Any]
@@ -97,6 +97,8 @@ def _checked(access: Access, answer: Process | None, head: str) -> Process:
         if isinstance(verdict, Refused):
             return _kept_private(connection.respond(verdict.status, verdict.words + "\n"))
         if isinstance(verdict, Granted):
+            if page and is_loopback(str(connection.remote_address[0])):
+                request.headers.pop("Accept-Encoding", None)  # packing takes longer than the way within a machine
             response = answer(connection, request) if answer is not None else None
             if not isinstance(response, Response):
                 return response

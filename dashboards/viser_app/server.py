@@ -23,7 +23,7 @@ from dashboards.viser_app.cameras import begin_at, fitted
 from dashboards.viser_app.following import Follower
 from dashboards.viser_app.guarded_server import guarded_server
 from dashboards.viser_app.panel.controls import Controls
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from dashboards.viser_app.view_errors import ViewErrors
 from dashboards.viser_app.view_state import ViewState
 from workbench.errors import InputError
@@ -64,7 +64,7 @@ class Dashboard:
     """
 
     server: viser.ViserServer
-    sessions: dict[int, Session] = field(default_factory=dict)
+    sessions: dict[int, BrowserSession] = field(default_factory=dict)
     follower: Follower | None = None
     ghosts: GhostWatch | None = None
     lost: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
@@ -120,7 +120,7 @@ def serve(
     def arrive(client: viser.ClientHandle) -> None:
         ghosts = dashboard.ghosts.runs if dashboard.ghosts is not None else ()
         with client.atomic():  # the browser builds its page once, not part by part
-            session = Session(client, library, replace(state, runs=(*state.runs, *ghosts)))
+            session = BrowserSession(client, library, replace(state, runs=(*state.runs, *ghosts)))
             dashboard.sessions[client.client_id] = session
             Controls(session)
             session.start()
@@ -143,7 +143,7 @@ def _prepare(library: Library, state: ViewState) -> None:
         with ViewErrors("getting ready").caught(library.paths[run].name, lambda _: None):
             if not library.is_expected(run):
                 timeline = library.timeline(run)
-                scene_at(timeline, timeline.start_ns, focus=state.focus)
+                scene_at(timeline, timeline.start_ns, focus=state.focus, ahead=False)
 
 
 def _check_port(host: str, port: int) -> None:

@@ -6,13 +6,13 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from dashboards.library.library import Library, NoLogs
+from dashboards.library.library import Library, NoLogsInFolder
 from dashboards.viser_app.access import TokenRequired, is_loopback
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from replayers.memory.collect import read_history
-from replayers.runs.gaps import loss_lines, losses
+from replayers.runs.gaps import losses
 from workbench.errors import BadValue, FileMissing, LiosError
 from workbench.terminal import say
 
@@ -34,7 +34,7 @@ def show_until_stopped(
     """Serves until Ctrl-C; returns what is missing from the runs that are shown at first, by their logs.
 
     Raises:
-        FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse, TokenRequired.
+        FileMissing, NoLogsInFolder, NoMcap and the other errors of reading a log; PortInUse, TokenRequired.
     """
     dashboard = open_dashboard(
         logs, host=host, port=port, at=at, follow=follow, token=token, memory=memory, ghosts=ghosts
@@ -98,8 +98,9 @@ def open_dashboard(
             say(f"Left out: {problem}")
         runs = (_first_readable(library, [row.index for row in rows if row.index >= 0]),)
     dashboard = serve(library, ViewState(runs=runs, at=at, live=follow), host=host, port=port, token=token)
-    dashboard.lost = losses(library.timeline(index).run for index in runs)
-    for line in loss_lines(dashboard.lost):
+    found = losses(library.timeline(index).run for index in runs)
+    dashboard.lost = found.lost
+    for line in found.lines:
         say(line)
     if follow:
         dashboard.follower = Follower(library, lambda: list(dashboard.sessions.values()))
@@ -130,7 +131,7 @@ def _first_readable(library: Library, indices: Sequence[int]) -> int:
         else:
             return index
     library.timeline(0)
-    raise NoLogs(library.folder or library.paths[0])
+    raise NoLogsInFolder(library.folder or library.paths[0])
 
 
 def _wait_for_logs(logs: Sequence[Path]) -> None:

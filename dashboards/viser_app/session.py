@@ -34,7 +34,7 @@ from dashboards.viser_app.drawing.stage import Stage
 from dashboards.viser_app.fitted_camera import FittedCamera
 from dashboards.viser_app.view_errors import ViewErrors
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
-from replayers.log_tools.notes import Note
+from replayers.log_tools.notes import RunNote
 from workbench.arrays import Bools
 from workbench.errors import LiosError
 from workbench.log_schema.events import SeenItem
@@ -42,11 +42,14 @@ from workbench.tolerances import NEAR_COST, ROUNDING, TINY
 
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
+PATHS_AFTER_S = 5.0
+"""The first planned paths, which take long to load, are shown when the page says that its first picture is drawn,
+when another moment is asked for, or after this long without a change."""
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
 
 
-class Session:
+class BrowserSession:
     """One browser: its state, its stage, and the other views of its scenes."""
 
     def __init__(self, client: viser.ClientHandle, library: Library, state: ViewState) -> None:
@@ -61,13 +64,13 @@ class Session:
         """Containers of the place that none of the runs opened."""
         self.clock = Clock(timelines=())
         self.state = state
-        self.watchers: list[Callable[[Session, list[Scene]], None]] = []
-        self.openers: list[Callable[[Session], None]] = []
+        self.watchers: list[Callable[[BrowserSession, list[Scene]], None]] = []
+        self.openers: list[Callable[[BrowserSession], None]] = []
         self.choosers: list[Callable[[str], None]] = []
         """Called with the label of the tab that should come to the front."""
         self.listers: dict[str, Callable[[str], None]] = {}
         """What arranges the table of runs, by the verb of its command."""
-        self.settlers: list[Callable[[Session], None]] = []
+        self.settlers: list[Callable[[BrowserSession], None]] = []
         self.view_errors = ViewErrors(str(client.client_id))
         self.error_listeners: list[Callable[[str], None]] = []
         """Called with an error as one line; with an empty one when it is resolved."""
@@ -78,6 +81,8 @@ class Session:
         """The runs on show."""
         self._revision = 0
         self._walls = ""
+        self._planned_paths = False
+        """Whether planned paths are shown."""
         self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
 
     def start(self) -> None:
@@ -100,6 +105,7 @@ class Session:
         """Changes the state and shows it soon; going to another moment than the end stops following a live run."""
         with self._wake:
             if at is not None:
+                self._planned_paths = True
                 changes = {"at": at, "live": self.state.live and self._is_over(at), **changes}
             self.state = replace(self.state, **changes)
             self._dirty = True
@@ -131,6 +137,11 @@ class Session:
         with self._wake:
             self._dirty = True
             self._wake.notify_all()
+
+    def show_planned_paths(self) -> None:
+        """Shows planned paths from now on."""
+        self._planned_paths = True
+        self._show_again()
 
     def reread(self) -> None:
         """Shows the runs as their logs now are."""
@@ -194,7 +205,7 @@ class Session:
         """The true contents of the containers of the run in focus; None where its log does not hold them."""
         return self.library.truth(self._readable[0]) if self._readable else None
 
-    def notes(self) -> list[tuple[Note, ...]]:
+    def notes(self) -> list[tuple[RunNote, ...]]:
         """The notes on each run on show."""
         return [self.library.notes(run) for run in self._readable]
 
@@ -278,15 +289,18 @@ class Session:
             with self._wake:
                 woken = True
                 if self._alive and not (self._dirty or self._stirred or self.state.playing):
-                    woken = self._wake.wait(SETTLED_AFTER_S if unsettled else None)
+                    quiet_s = None if self._planned_paths else PATHS_AFTER_S
+                    woken = self._wake.wait(SETTLED_AFTER_S if unsettled else quiet_s)
                     last = time.monotonic()
                 if not self._alive:
                     return
                 changed = self._dirty or self.state.playing
                 self._dirty = self._stirred = False
             if not changed:
-                if not woken:
+                if not woken and unsettled:
                     self._run_safely(self._settle)
+                elif not woken:
+                    self.show_planned_paths()
                 unsettled = woken
                 continue
             now, unsettled = time.monotonic(), True
@@ -352,7 +366,10 @@ class Session:
             self._walls = state.walls
         self.stage.show_occupancy(state.occupancy or not self.clock.timelines[0].run.place.plan.walls)
         stamps = self.clock.stamps(state.at)
-        scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
+        scenes = [
+            scene_at(t, s, focus=state.focus, ahead=self._planned_paths)
+            for t, s in zip(self.clock.timelines, stamps, strict=True)
+        ]
         with self.client.atomic():  # one message: the browser draws the moment once, not part by part
             self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
             self.stage.show_items(self._items(scenes[0]))

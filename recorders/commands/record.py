@@ -78,7 +78,7 @@ def record(
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
     import recorders
-    from recorders.sinks.files import LogFiles, Split
+    from recorders.sinks.files import LogFiles, SplitLimits
     from recorders.sinks.mirrored import watched
     from workbench.errors import Failed, OutputExists, Unsupported
     from workbench.execution.events import RunStatus
@@ -90,7 +90,7 @@ def record(
         require_upload(upload, output)
     if output.exists() and not force and split_mb is None and split_s is None:
         raise OutputExists(output)
-    split = Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s)
+    split = SplitLimits(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s)
     files = None if split.never else LogFiles(output, split=split, force=force)
     by = resolved_name(strategy)
     trials: list[Trial] = []

@@ -14,7 +14,9 @@ import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, Schema
 
+from recorders.mcap_io.crc32 import combined_crc
 from recorders.mcap_io.index import record_bytes
+from recorders.mcap_io.stored_frame import store, stored_frame
 
 Compression = Literal["zstd", "lz4", ""]
 ZSTD_LEVEL = 3
@@ -30,12 +32,23 @@ class Chunk:
     start_ns: int = 0
     end_ns: int = 0
     messages: int = 0
+    incompressible: bool = True
+    """Whether all messages are known not to be compressible."""
 
     def declare(self, record: Schema | Channel) -> None:
         self.body += record_bytes(record)
         self.declared.append(record)
 
-    def add(self, channel_id: int, sequence: int, log_time: int, publish_time: int, data: bytes) -> None:
+    def add(
+        self,
+        channel_id: int,
+        sequence: int,
+        log_time: int,
+        publish_time: int,
+        data: bytes | memoryview,
+        *,
+        incompressible: bool = False,
+    ) -> None:
         entries = self.index.get(channel_id)
         if entries is None:
             entries = self.index[channel_id] = []
@@ -47,32 +60,46 @@ class Chunk:
         self.start_ns = min(self.start_ns, log_time) if self.messages else log_time
         self.end_ns = max(self.end_ns, log_time)
         self.messages += 1
+        self.incompressible &= incompressible
 
     def packed(
         self, offset: int, compression: Compression, *, repeated: Sequence[Schema | Channel] = ()
-    ) -> tuple[bytes, ChunkIndex]:
-        """The chunk with its message indexes as bytes, and its entry for the summary.
+    ) -> tuple[bytes, int | None, ChunkIndex]:
+        """The chunk with its message indexes as bytes, their checksum where it costs nothing, and the chunk's entry
+        for the summary.
 
         Args:
             offset: byte offset of the chunk in the file.
             repeated: declarations of the previous chunk, written again so that a damaged chunk affects only itself.
         """
-        again = b"".join(record_bytes(record) for record in repeated)
-        body = again + self.body
-        index = {
-            channel_id: [(stamp, at + len(again)) for stamp, at in entries]
-            for channel_id, entries in self.index.items()
-        }
-        parts, entry = PackedChunk(
-            data=compress(body, compression),
+        body: bytes | bytearray = self.body
+        index = self.index
+        if repeated:
+            again = b"".join(record_bytes(record) for record in repeated)
+            body = again + body
+            index = {number: [(stamp, at + len(again)) for stamp, at in found] for number, found in index.items()}
+        stored = None
+        if compression == "zstd" and self.incompressible and self.messages:
+            stored = store(body)
+            data = stored.frame
+        else:
+            data = compress(body, compression)
+            if compression == "zstd" and len(data) >= len(body):
+                stored = stored_frame(data)
+        chunk = PackedChunk(
+            data=data,
             compression=compression,
             size=len(body),
-            crc=zlib.crc32(body),
+            crc=zlib.crc32(body) if stored is None else stored.crc,
             start_ns=self.start_ns,
             end_ns=self.end_ns,
             index=index,
-        ).at(offset)
-        return b"".join(parts), entry
+        )
+        (head, _, indexes), entry = chunk.at(offset)
+        crc = None
+        if stored is not None:  # one pass gives the checksums of the chunk and of the file
+            crc = zlib.crc32(indexes, combined_crc(zlib.crc32(head), stored.frame_crc(), len(data)))
+        return b"".join((head, data, indexes)), crc, entry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +113,7 @@ class PackedChunk:
         data_crc: checksum of `data`; None where it is not known.
     """
 
-    data: bytes | memoryview
+    data: bytes | bytearray | memoryview
     compression: str
     size: int
     crc: int
@@ -95,7 +122,7 @@ class PackedChunk:
     index: Mapping[int, Sequence[tuple[int, int]]]
     data_crc: int | None = None
 
-    def at(self, offset: int) -> tuple[Sequence[bytes | memoryview], ChunkIndex]:
+    def at(self, offset: int) -> tuple[tuple[bytes, bytes | bytearray | memoryview, bytes], ChunkIndex]:
         """The chunk with its message indexes, in pieces, and its entry for the summary."""
         name = self.compression.encode()
         head = struct.pack(
@@ -135,7 +162,7 @@ def _message_index(channel_id: int, entries: Sequence[tuple[int, int]]) -> bytes
     return struct.pack(f"<BQHL{len(numbers)}Q", Opcode.MESSAGE_INDEX, size + 6, channel_id, size, *numbers)
 
 
-def compress(body: bytes, compression: Compression) -> bytes:
+def compress(body: bytes | bytearray, compression: Compression) -> bytes | bytearray:
     if compression == "zstd":
         return _zstd().compress(body)
     if compression == "lz4":

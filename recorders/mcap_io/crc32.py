@@ -34,9 +34,15 @@ def combined_crc(first: int, second: int, second_bytes: int) -> int:
 def _zeros(power: int) -> Tables:
     """What 2^power zero bytes make of a checksum: a table for each of its four bytes, the lowest first."""
     columns = _columns(power)
-    return tuple(
-        tuple(_applied(columns[8 * byte : 8 * byte + 8], value) for value in range(256)) for byte in range(4)
-    )
+    return tuple(_table(columns[8 * byte : 8 * byte + 8]) for byte in range(4))
+
+
+def _table(columns: Sequence[int]) -> tuple[int, ...]:
+    """What becomes of each value of a byte."""
+    table = [0]
+    for column in columns:
+        table += [found ^ column for found in table]
+    return tuple(table)
 
 
 @lru_cache(maxsize=MAX_POWERS)

@@ -192,12 +192,14 @@ class McapWriter:
         log_time: int,
         publish_time: int | None = None,
         sequence: int | None = None,
+        incompressible: bool = False,
     ) -> None:
         """Add a message to the current chunk.
 
         Args:
             log_time, publish_time: nanoseconds; publish_time defaults to log_time.
             sequence: defaults to a count per channel.
+            incompressible: it is known not to be compressible; zstd does not attempt it where all of a chunk are.
         """
         self._check_open()
         before = self._index.count(channel_id, log_time)
@@ -207,6 +209,7 @@ class McapWriter:
             log_time,
             log_time if publish_time is None else publish_time,
             data,
+            incompressible=incompressible,
         )
         if len(self._chunk.body) >= self._chunk_bytes:
             self.flush(sync=False)
@@ -255,8 +258,8 @@ class McapWriter:
         """Write buffered messages as one chunk with its index; with `sync`, wait until they are on disk."""
         self._check_open()
         if self._chunk.body:
-            data, entry = self._chunk.packed(self._offset, self._compression, repeated=self._repeat)
-            self._put_chunk((data,), entry)
+            data, crc, entry = self._chunk.packed(self._offset, self._compression, repeated=self._repeat)
+            self._put_chunk((data,), entry, crcs=(crc,))
             self._repeat, self._chunk = self._chunk.declared, Chunk()
         if sync:
             self._sync()
@@ -301,7 +304,7 @@ class McapWriter:
                 raise DiskFull(self.path, error.strerror or str(error)) from error
 
     def _put_chunk(
-        self, parts: Sequence[bytes | memoryview], entry: ChunkIndex, *, crcs: Sequence[int | None] = ()
+        self, parts: Sequence[bytes | bytearray | memoryview], entry: ChunkIndex, *, crcs: Sequence[int | None] = ()
     ) -> None:
         if self._no_room_for(sum(map(len, parts))):
             self._stop_in_time(f"less than {self._keep_free_bytes >> 20} MiB of the disk are free")
@@ -332,7 +335,7 @@ class McapWriter:
         self._index.first_ns, self._index.last_ns = min(stamps, default=0), max(stamps, default=0)
         self._chunk = Chunk()
 
-    def _put(self, *parts: bytes | memoryview, crcs: Sequence[int | None] = ()) -> None:
+    def _put(self, *parts: bytes | bytearray | memoryview, crcs: Sequence[int | None] = ()) -> None:
         """Write all or nothing: after a failure the file ends with its last complete record.
 
         Args:

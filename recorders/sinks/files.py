@@ -57,7 +57,7 @@ class Sink(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Split:
+class SplitLimits:
     """When a log is continued in another file; None means never.
 
     Attributes:
@@ -147,14 +147,14 @@ class LogFiles:
         self,
         path: Path | str,
         *,
-        split: Split | None = None,
+        split: SplitLimits | None = None,
         force: bool = False,
         chunk_bytes: int = CHUNK_BYTES,
         compression: Compression = "zstd",
         keep_free_bytes: int = KEEP_FREE_BYTES,
     ) -> None:
         self._path = Path(path)
-        self._split = split or Split()
+        self._split = split or SplitLimits()
         self._force = force
         self._chunk_bytes, self._keep_free_bytes = chunk_bytes, keep_free_bytes
         self._compression: Compression = compression

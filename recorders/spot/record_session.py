@@ -10,7 +10,7 @@ from typing import Any
 
 from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
-from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.files import LogFiles, Sink, SplitLimits
 from recorders.sinks.mirrored import ViewerFeed
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
@@ -59,7 +59,7 @@ class SessionPlan:
     task: Task | None = None
     rates: Rates = field(default_factory=Rates)
     for_s: float | None = None
-    split: Split | None = None
+    split: SplitLimits | None = None
     keep_last_s: float | None = None
     furniture_open: bool = False
     operator_name: str = ""
@@ -116,7 +116,7 @@ class SessionReport:
         )
 
 
-class Ending:
+class SessionEnd:
     """How the session ends, as set by a key."""
 
     def __init__(self) -> None:
@@ -134,10 +134,10 @@ class Ending:
 
 
 def record_session(
-    connection: Connection, plan: SessionPlan, output: Path, *, force: bool = False, ending: Ending | None = None
+    connection: Connection, plan: SessionPlan, output: Path, *, force: bool = False, ending: SessionEnd | None = None
 ) -> SessionReport:
     """Record until a key, a signal or the time limit; the log is always closed properly."""
-    ending, stop = ending or Ending(), StopSwitch()
+    ending, stop = ending or SessionEnd(), StopSwitch()
     task = plan.task or session_task()
     cameras = wanted_cameras(plan.site, plan.rates)
     require_services(connection, services_of_cameras(cameras))
@@ -236,7 +236,7 @@ class RecentMoments:
 
 
 def _key_pressed(
-    key: str, keys: KeyboardOperator, session: Session, ending: Ending, kept: RecentMoments | None
+    key: str, keys: KeyboardOperator, session: Session, ending: SessionEnd, kept: RecentMoments | None
 ) -> None:
     """Handle a key: n opens a note, m sets a mark, w saves the last seconds; the others end the session."""
     pressed_ns = session.now_ns()

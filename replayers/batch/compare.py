@@ -18,7 +18,7 @@ from replayers.batch.store import StoredReplay
 from replayers.counterfactual.results import Assignment, WorldGroup
 from replayers.tables.html_tables import html_table
 from workbench.arrays import Bools, Ints
-from workbench.evaluation.statistics import Estimate, paired_difference
+from workbench.evaluation.statistics import IntervalEstimate, paired_difference
 from workbench.terminal import counted
 from workbench.tolerances import NEAR_COST
 
@@ -76,8 +76,8 @@ class StrategyComparison:
     least: float
     most: float
     chance: float | None
-    drawn: Estimate | None
-    true: Estimate | None
+    drawn: IntervalEstimate | None
+    true: IntervalEstimate | None
     differences: tuple[CostDifference, ...]
 
     def _repr_html_(self) -> str:
@@ -265,7 +265,7 @@ def _pair(a: str, b: str, differences: list[CostDifference], rng: np.random.Gene
     )
 
 
-def _interval(values: list[tuple[float, str]], rng: np.random.Generator) -> Estimate | None:
+def _interval(values: list[tuple[float, str]], rng: np.random.Generator) -> IntervalEstimate | None:
     if not values:
         return None
     apart = np.array([value for value, _ in values])

@@ -76,27 +76,27 @@ class LogReplayer:
         failure: why it cannot be read; None if it can.
     """
 
-    def __init__(self, log: Path, wanted: ReplayRequest) -> None:
+    def __init__(self, log: Path, request: ReplayRequest) -> None:
         self.failure: LogFailed | None = None
         self._log = str(log)
-        self._wanted = wanted
+        self._request = request
         self._run: Run | None = None
         self._prepared: PreparedLog | LiosError | None = None
         try:
-            self._run = read(log, with_truth=wanted.settings.with_truth)
+            self._run = read(log, with_truth=request.settings.with_truth)
         except LiosError as error:
             self.failure = LogFailed(log=self._log, strategy="", reason=str(error))
 
     def known_outcome(self, name: str) -> Outcome | None:
         """What is known of a strategy over this log without running it: stored, or impossible. None if it must be
         run."""
-        if needs_truth(name) and not self._wanted.settings.with_truth:
+        if needs_truth(name) and not self._request.settings.with_truth:
             reason = "it knows the whole house: give --with-truth"
             return LogFailed(log=self._log, strategy=name, reason=reason)
         path = self._path(name)
-        return (
-            _stored_replay(path, self._key(name), self._wanted) if path and not self._may_have_changed(name) else None
-        )
+        if path is None or self._may_have_changed(name):
+            return None
+        return _stored_replay(path, self._key(name), self._request)
 
     def made(self, name: str) -> Outcome:
         """A strategy replayed over this log, and stored where that is wanted."""
@@ -105,14 +105,14 @@ class LogReplayer:
             return LogFailed(log=self._log, strategy=name, reason=str(prepared))
         path, key = self._path(name), self._key(name)
         same = path is not None and not self._may_have_changed(name) and _has_key(path, key)
-        return _one(prepared, name, key, path, self._wanted, same=same)
+        return _one(prepared, name, key, path, self._request, same=same)
 
     @property
     def prepared(self) -> PreparedLog | LiosError:
         """The prepared log, or the reason why it cannot be prepared."""
         if self._prepared is None:
             try:
-                self._prepared = prepare_log(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
+                self._prepared = prepare_log(self.run, self._request.settings, with_ways=self._request.write_logs)
             except LiosError as error:
                 self._prepared = error
         return self._prepared
@@ -125,37 +125,37 @@ class LogReplayer:
     def load(self, name: str) -> None:
         """Runs a strategy over the log alone to load its code, so that forked processes have it."""
         with suppress(LiosError):  # reported when the strategy is replayed
-            if isinstance(self.prepared, PreparedLog) and not self._wanted.is_foreign(name):
-                over_log_alone(self.prepared, strategy(name, origin=self._wanted.origin))
+            if isinstance(self.prepared, PreparedLog) and not self._request.is_foreign(name):
+                over_log_alone(self.prepared, strategy(name, origin=self._request.origin))
 
     def _may_have_changed(self, name: str) -> bool:
         """Whether the strategy or the estimator is third-party code or a file, whose versions no key
         distinguishes."""
-        believer = self._wanted.settings.estimator
+        believer = self._request.settings.estimator
         if believer == "log":
             changes = self.run.info.estimator.partition("@")[0] in installed_names(ESTIMATOR)
         else:
             changes = believer != "first" and believer not in ESTIMATORS
-        return changes or self._wanted.is_foreign(name)
+        return changes or self._request.is_foreign(name)
 
     def _key(self, name: str) -> str:
-        return replay_key(self.run.sha256, name, self._wanted.settings)
+        return replay_key(self.run.sha256, name, self._request.settings)
 
     def _path(self, name: str) -> Path | None:
-        output = self._wanted.output
-        misses = self._wanted.settings.assumptions.misses
+        output = self._request.output
+        misses = self._request.settings.assumptions.misses
         return replay_path(output, self.run.sha256, self.run.info.run_id, name, misses=misses) if output else None
 
 
-def replay_log(log: Path, wanted: ReplayRequest) -> Iterator[Outcome]:
+def replay_log(log: Path, request: ReplayRequest) -> Iterator[Outcome]:
     """Replays every strategy over one log, one by one."""
     with gc_frozen():
-        yield from replayed(LogReplayer(log, wanted), wanted)
+        yield from replayed(LogReplayer(log, request), request)
 
 
 def replayed(
     one: LogReplayer,
-    wanted: ReplayRequest,
+    request: ReplayRequest,
     elsewhere: Mapping[str, Future[dict[str, Outcome]]] = MappingProxyType({}),
 ) -> Iterator[Outcome]:
     """Replays every strategy over a log that was read; a single row where the log cannot be replayed.
@@ -166,7 +166,7 @@ def replayed(
     if one.failure is not None:
         yield one.failure
         return
-    for name in wanted.strategies:
+    for name in request.strategies:
         if name in elsewhere:
             yield elsewhere[name].result()[name]
         else:
@@ -188,18 +188,18 @@ def gc_frozen() -> Generator[None]:
 
 
 def _one(
-    prepared: PreparedLog, name: str, key: str, path: Path | None, wanted: ReplayRequest, *, same: bool
+    prepared: PreparedLog, name: str, key: str, path: Path | None, request: ReplayRequest, *, same: bool
 ) -> Outcome:
     try:
-        made = replay_on(prepared, name, origin=wanted.origin, worlds=wanted.worlds)
+        made = replay_on(prepared, name, origin=request.origin, worlds=request.worlds)
     except LiosError as error:
         return LogFailed(log=prepared.evidence.path, strategy=name, reason=str(error))
     record = to_stored(prepared, made, key=key)
     if path is not None:
-        if wanted.write_logs and made.status is RunStatus.NOT_REPRODUCED:
+        if request.write_logs and made.status is RunStatus.NOT_REPRODUCED:
             for world in ("", *WORLDS):
                 log_path(path, world).unlink(missing_ok=True)
-        elif wanted.write_logs:
+        elif request.write_logs:
             _write_logs(path, prepared, made, same=same)
         write_replay(path, record)
     return record
@@ -225,9 +225,9 @@ def _has_key(path: Path, key: str) -> bool:
     return False
 
 
-def _stored_replay(path: Path, key: str, wanted: ReplayRequest) -> StoredReplay | None:
+def _stored_replay(path: Path, key: str, request: ReplayRequest) -> StoredReplay | None:
     """A stored replay of the same key, complete with its log if that is wanted."""
-    if wanted.write_logs and not log_path(path).exists():
+    if request.write_logs and not log_path(path).exists():
         return None
     try:
         record = read_replay(path)
@@ -235,7 +235,7 @@ def _stored_replay(path: Path, key: str, wanted: ReplayRequest) -> StoredReplay 
         return None
     if record.key != key:
         return None
-    expected = [world for world in wanted.worlds if _has_world_run(world, record)]
+    expected = [world for world in request.worlds if _has_world_run(world, record)]
     return record if all(log_path(path, world).exists() for world in expected) else None
 
 

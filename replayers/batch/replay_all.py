@@ -94,7 +94,7 @@ def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
 
 
 def replay_all(
-    logs: Sequence[Path], wanted: ReplayRequest, *, workers: int | None = None, scheduler: str = ""
+    logs: Sequence[Path], request: ReplayRequest, *, workers: int | None = None, scheduler: str = ""
 ) -> Iterator[Outcome]:
     """Replays every strategy over every log, in the order of the logs and then the strategies.
 
@@ -108,13 +108,13 @@ def replay_all(
     """
     count = workers or os.cpu_count() or 1
     if scheduler:
-        work = partial(_all_of, wanted=wanted)
+        work = partial(_all_of, request=request)
         return chain.from_iterable(in_order_on_cluster(work, logs, scheduler=scheduler, workers=count))
-    if len(logs) < count and len(wanted.strategies) > 1 and can_inherit():
-        return _at_work(_in_shares(logs, wanted, count))
+    if len(logs) < count and len(request.strategies) > 1 and can_inherit():
+        return _at_work(_in_shares(logs, request, count))
     if min(count, len(logs)) <= 1:
-        return chain.from_iterable(replay_log(log, wanted) for log in logs)
-    return _at_work(_log_by_log(logs, wanted, min(count, len(logs))))
+        return chain.from_iterable(replay_log(log, request) for log in logs)
+    return _at_work(_log_by_log(logs, request, min(count, len(logs))))
 
 
 def _at_work(handed: Handed) -> Iterator[Outcome]:
@@ -122,23 +122,23 @@ def _at_work(handed: Handed) -> Iterator[Outcome]:
     return (outcome for outcome in handed if outcome is not None)
 
 
-def _log_by_log(logs: Sequence[Path], wanted: ReplayRequest, count: int) -> Handed:
+def _log_by_log(logs: Sequence[Path], request: ReplayRequest, count: int) -> Handed:
     with process_pool(count, inherit=True) as pool:
-        made = [pool.submit(_all_of, log, wanted) for log in logs]
+        made = [pool.submit(_all_of, log, request) for log in logs]
         yield None
         for outcomes in made:
             yield from outcomes.result()
 
 
-def _in_shares(logs: Sequence[Path], wanted: ReplayRequest, count: int) -> Handed:
+def _in_shares(logs: Sequence[Path], request: ReplayRequest, count: int) -> Handed:
     """Processes share the strategies over a log; they inherit what was read and prepared here."""
     with gc_frozen():
-        opened = {log: LogReplayer(log, wanted) for log in logs}
-        shares = work_packages({log: _much_to_make(one, wanted) for log, one in opened.items()})
+        opened = {log: LogReplayer(log, request) for log in logs}
+        shares = work_packages({log: _much_to_make(one, request) for log, one in opened.items()})
         if len(shares) <= 1:
             yield None
             for log in logs:
-                yield from replayed(opened[log], wanted)
+                yield from replayed(opened[log], request)
             return
         last = shares[-1]
         opened[last.log].load(last.strategies[0])
@@ -147,15 +147,15 @@ def _in_shares(logs: Sequence[Path], wanted: ReplayRequest, count: int) -> Hande
             ahead = {(share.log, name): made[share] for share in shares for name in share.strategies}
             yield None
             for log in logs:
-                elsewhere = {name: ahead[log, name] for name in wanted.strategies if (log, name) in ahead}
-                yield from replayed(opened[log], wanted, elsewhere)
+                elsewhere = {name: ahead[log, name] for name in request.strategies if (log, name) in ahead}
+                yield from replayed(opened[log], request, elsewhere)
 
 
-def _much_to_make(one: LogReplayer, wanted: ReplayRequest) -> tuple[str, ...]:
+def _much_to_make(one: LogReplayer, request: ReplayRequest) -> tuple[str, ...]:
     """The strategies over a log that are worth starting another process for."""
     if one.failure is not None:
         return ()
-    names = tuple(name for name in wanted.strategies if one.known_outcome(name) is None)
+    names = tuple(name for name in request.strategies if one.known_outcome(name) is None)
     if (
         not names
         or not isinstance(one.prepared, PreparedLog)
@@ -165,8 +165,8 @@ def _much_to_make(one: LogReplayer, wanted: ReplayRequest) -> tuple[str, ...]:
     return names
 
 
-def _all_of(log: Path, wanted: ReplayRequest) -> list[Outcome]:
-    return list(replay_log(log, wanted))
+def _all_of(log: Path, request: ReplayRequest) -> list[Outcome]:
+    return list(replay_log(log, request))
 
 
 _opened: Mapping[Path, LogReplayer] = {}

@@ -133,7 +133,7 @@ def replay(
     text = strategies if isinstance(strategies, str) else ",".join(strategies)
     named = strategies_named(text, with_truth=settings.with_truth)
     not_loaded = _not_loaded(named, settings)
-    wanted = ReplayRequest(
+    request = ReplayRequest(
         strategies=tuple(name for name in named if name not in not_loaded),
         settings=settings,
         output=Path(output) if output is not None else None,
@@ -143,8 +143,8 @@ def replay(
     )
     if scheduler and settings.in_process:
         raise BadValue("--scheduler", scheduler, "left out with --in-process, which runs a planner in this process")
-    made = replay_all(files, wanted, workers=1 if settings.in_process else workers, scheduler=scheduler)
-    outcomes = list(progress(made, len(files) * len(wanted.strategies)) if progress else made)
+    made = replay_all(files, request, workers=1 if settings.in_process else workers, scheduler=scheduler)
+    outcomes = list(progress(made, len(files) * len(request.strategies)) if progress else made)
     outcomes += [LogFailed(log=str(f), strategy=name, reason=why) for f in files for name, why in not_loaded.items()]
     outcomes += [LogFailed(log=str(part), strategy="", reason=join_first(part, of)) for part, of in parts.items()]
     return Replays(outcomes=tuple(outcomes), logs=files, settings=settings, not_loaded=MappingProxyType(not_loaded))

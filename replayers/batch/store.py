@@ -192,7 +192,7 @@ def to_stored(prepared: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         steady_beliefs=prepared.static_beliefs,
         steps=tuple(_step(e) for e in made.events if isinstance(e, ActionEnded)),
         notes=made.notes,
-        lost=evidence.gaps.lost,
+        lost=evidence.gaps.dropped,
         imputed=evidence.imputed,
         misses=evidence.misses,
         may_have_missed=evidence.doubtful,

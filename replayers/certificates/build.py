@@ -14,7 +14,6 @@ from typing import final
 
 from recorders.code_revision import revision
 from replayers.certificates.claim import (
-    Claim,
     ClaimedAnswer,
     ClaimedBound,
     ClaimedEnd,
@@ -23,6 +22,7 @@ from replayers.certificates.claim import (
     ClaimedNode,
     ClaimedOuter,
     ClaimedStep,
+    CostClaim,
 )
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.prepared_log import PreparedLog
@@ -46,7 +46,7 @@ class NotCertifiable(Unsupported):
         super().__init__(f"{log}: {why}, and certificates do not cover that. Use lios replay: its bounds do.")
 
 
-def certificate(prepared: PreparedLog, planner: Strategy, *, max_branches: int = MAX_BRANCHES) -> Claim:
+def certificate(prepared: PreparedLog, planner: Strategy, *, max_branches: int = MAX_BRANCHES) -> CostClaim:
     """The certificate of a strategy over a prepared log.
 
     Raises:
@@ -58,7 +58,7 @@ def certificate(prepared: PreparedLog, planner: Strategy, *, max_branches: int =
     tree = run_tree_of(prepared, planner)
     writer = _TreeWriter(tree=tree, left=max_branches, failure=evidence.task.failure_cost)
     root = writer.node(tree.root, 0.0, {})
-    return Claim(
+    return CostClaim(
         log=evidence.path.rpartition("/")[2],
         log_sha256=evidence.sha256,
         strategy=planner.name,

@@ -95,7 +95,7 @@ class ClaimedBound(msgspec.Struct, frozen=True, kw_only=True):
     world: dict[str, tuple[str, ...]] | None
 
 
-class Claim(msgspec.Struct, frozen=True, kw_only=True):
+class CostClaim(msgspec.Struct, frozen=True, kw_only=True):
     """What a strategy costs over one log, with everything that shows it.
 
     Attributes:
@@ -119,7 +119,7 @@ class Claim(msgspec.Struct, frozen=True, kw_only=True):
     seal: str = ""
 
 
-def sealed(claim: Claim) -> dict[str, Any]:
+def sealed(claim: CostClaim) -> dict[str, Any]:
     """The claim as JSON values, with its seal."""
     values: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(claim))
     values["seal"] = seal_of(values)

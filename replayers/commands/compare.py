@@ -61,6 +61,7 @@ def compare(
     from replayers.batch.compare import compare as compared
     from replayers.batch.store import replays_in
     from replayers.commands.losses import end_with_losses
+    from replayers.runs.gaps import LogLosses
     from workbench.errors import BadValue, MalformedFile
     from workbench.terminal import counted, emit_json, say
 
@@ -90,7 +91,10 @@ def compare(
 
         replays_frame(found).to_parquet(folder / "replays.parquet")
         steps_frame(found).to_parquet(folder / "steps.parquet")
-    lost = {record.log: record.lost for record in records if record.lost}
+    lost = LogLosses(
+        lost={record.log: record.lost for record in records if record.lost},
+        cut_off=tuple(sorted({record.log for record in records if not record.complete_log})),
+    )
     imagined = sorted({record.log for record in records if record.imputed})
     corrected = {record.log: record.corrections for record in records if record.corrections}
     changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
@@ -99,7 +103,7 @@ def compare(
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
                    "not_reproduced": unlike,
                    "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
-                   "imagined_logs": imagined, "corrected": corrected, "lost": lost,
+                   "imagined_logs": imagined, "corrected": corrected, "lost": lost.lost, "cut_off": lost.cut_off,
                    "breakdowns": [asdict(one) for one in survived],
                    "skipped": [str(error) for error in skipped],
                    "claims": [_claim(j) for j in judged], "seed": seed})  # fmt: skip

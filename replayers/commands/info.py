@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from workbench.options import Json
 from workbench.parameters import Argument
-from workbench.terminal import emit_json, emit_table, emit_text
+from workbench.terminal import emit_json, emit_table, emit_text, say
 
 if TYPE_CHECKING:
     from replayers.log_tools.info import Description
@@ -30,12 +32,21 @@ def info(
     found = describe(log)
     if as_json:
         emit_json(_answer(found))
+        _end(found)
         return
     for name, value in _lines(found):
         emit_text(f"{name + ':':13}{value}")
     channels = found.channels()
     stamps = ["stamps"] if any(row["stamps"] for row in channels) else []
     emit_table(channels, columns=["topic", "schema", "encoding", "messages", *stamps, "hz"])
+    _end(found)
+
+
+def _end(found: Description) -> None:
+    """Ends with 3 where something had to be dropped."""
+    if found.loss.loses_content:
+        say("Something was lost; lios doctor shows what.")
+        raise click.exceptions.Exit(3)
 
 
 def _answer(found: Description) -> dict[str, Any]:
@@ -92,7 +103,8 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         lines.append(("outcome", end))
     elif found.runs:
         lines.append(("runs", f"{found.runs}; lios log split --by run takes them apart"))
-    state = "closed" if found.closed else "not closed; lios recover rebuilds its index"
+    cut = "".join(f", cut off at byte {damage.offset}" for damage in found.loss.damages if damage.cut_off)
+    state = "closed" if found.closed else f"not closed{cut}; lios recover rebuilds its index"
     if found.closed and not found.indexed:
         state += ", without a whole index: all of it was read"
     if found.loss.count and found.closed:

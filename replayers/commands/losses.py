@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import click
 
 from workbench.terminal import say
 
+if TYPE_CHECKING:
+    from replayers.runs.gaps import LogLosses
 
-def end_with_losses(lost: Mapping[str, tuple[str, ...]]) -> None:
+
+def end_with_losses(found: LogLosses) -> None:
     """Says what is missing from each log.
 
     Raises:
-        click.exceptions.Exit: with 3, where anything is missing.
+        click.exceptions.Exit: with 3, where anything had to be dropped; the missing end of a log that was cut off
+            between two records is only said.
     """
-    from replayers.runs.gaps import loss_lines
-
-    for line in loss_lines(lost):
+    for line in found.lines:
         say(line)
-    if lost:
+    if found.lost:
         raise click.exceptions.Exit(3)

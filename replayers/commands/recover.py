@@ -48,8 +48,10 @@ def recover(
         say(f"  and {done.damage_count - 20} more places")
     if done.expected_messages is not None and done.expected_messages > done.messages:
         say(f"The index counts {done.expected_messages:,} messages: {_lost(done):,} are lost.")
+    elif done.end_missing and not done.lossy:
+        say("The recording was cut off: its end is missing, and nothing else; nothing that had been flushed is lost.")
     elif not done.was_closed and not done.lossy:
-        say("The recording was cut off; nothing that had been flushed is lost.")
+        say("The log was cut off after its last message: its index was lost, and nothing else.")
     raise click.exceptions.Exit(3 if done.lossy else 0)
 
 
@@ -66,6 +68,7 @@ def _answer(done: Recovery) -> dict[str, Any]:
         "metadata": done.metadata,
         "lossy": done.lossy,
         "was_closed": done.was_closed,
+        "end_missing": done.end_missing,
         "messages_expected": done.expected_messages,
         "messages_lost": _lost(done),
         "damages": [{"offset": damage.offset, "what": damage.what} for damage in done.damages],

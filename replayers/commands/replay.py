@@ -182,7 +182,18 @@ def replay(
     if failures:
         raise Failed("; ".join(failures))
     if any(row.get("lost") for row in rows):
+        _say_lost(rows)
         raise click.exceptions.Exit(3)
+
+
+def _say_lost(rows: list[dict[str, Any]]) -> None:
+    """Says what is missing from the logs, where no note on a replay says so already."""
+    from workbench.terminal import say
+
+    noted = {(row["log"], note) for row in rows for note in row.get("notes") or ()}
+    for log, line in dict.fromkeys((row["log"], line) for row in rows for line in row.get("lost") or ()):
+        if not any(of == log and line in note for of, note in noted):
+            say(f"note: {log} is not whole: {line}")
 
 
 def _history(memory: list[Path] | None, rates: Path | None) -> History | None:

@@ -67,7 +67,7 @@ class AnswerKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class PlannerAnswer:
     """An answer of a planner; its content is the reason, in words, where the kind is not OK."""
 
     kind: AnswerKind
@@ -78,8 +78,8 @@ class Answer:
         return str(self.content)
 
 
-NOT_LOADED = Answer(AnswerKind.BROKEN, "it was not loaded")
-WRONG_TYPES = Answer(AnswerKind.BROKEN, "its relevant_types are not a tuple")
+NOT_LOADED = PlannerAnswer(AnswerKind.BROKEN, "it was not loaded")
+WRONG_TYPES = PlannerAnswer(AnswerKind.BROKEN, "its relevant_types are not a tuple")
 
 
 class AskedForTruth(Exception):
@@ -125,7 +125,7 @@ def require_planner(name: str) -> None:
             raise StrategyNotLoaded(name, f"there is no module {top} here or installed")
 
 
-def loading_fault(name: str, *, in_process: bool = False) -> Answer | None:
+def loading_fault(name: str, *, in_process: bool = False) -> PlannerAnswer | None:
     """What keeps a planner from loading under a user's name, as a misspelt class does; None if nothing does.
 
     One that asks for the truth is there; what becomes of it is a replay's status.
@@ -167,7 +167,7 @@ class InThisProcess:
         found = strategy_plugin(name, origin=origin)
         with found.import_path():
             made = _tried(lambda: load_foreign(found))
-        self.fault: Answer | None = None if made.kind is AnswerKind.OK else made
+        self.fault: PlannerAnswer | None = None if made.kind is AnswerKind.OK else made
         self._planner: Strategy | None = cast("Strategy | None", made.content if self.fault is None else None)
         self.name = self._planner.name if self._planner is not None else name
 
@@ -215,7 +215,7 @@ class Sandboxed:
         self._process: Any = None
         self._pipe: Connection | None = None
         self._restarts = 0
-        self.fault: Answer | None = None
+        self.fault: PlannerAnswer | None = None
         self._name = name
         self._start()
 
@@ -263,11 +263,11 @@ class Sandboxed:
             self.fault = answer
             self.close()
 
-    def _ask(self, what: str, value: object, timeout_s: float) -> Answer:
+    def _ask(self, what: str, value: object, timeout_s: float) -> PlannerAnswer:
         if self.fault is None and self._pipe is None:
             self._start()
         if self.fault is not None:
-            return Answer(AnswerKind.BROKEN, self.fault.reason)
+            return PlannerAnswer(AnswerKind.BROKEN, self.fault.reason)
         assert self._pipe is not None, "a planner without a fault has a process"
         try:
             self._pipe.send((what, value))
@@ -276,35 +276,35 @@ class Sandboxed:
         answer = self._await(timeout_s)
         return self._stopped(answer.reason) if answer.kind is AnswerKind.GONE else answer
 
-    def _await(self, timeout_s: float) -> Answer:
+    def _await(self, timeout_s: float) -> PlannerAnswer:
         assert self._pipe is not None, "awaited without a process"
         if not self._pipe.poll(timeout_s):
-            return Answer(AnswerKind.GONE, f"it made no decision within {timeout_s:g} s")
+            return PlannerAnswer(AnswerKind.GONE, f"it made no decision within {timeout_s:g} s")
         try:
             return self._pipe.recv()
         except (EOFError, OSError):
-            return Answer(AnswerKind.GONE, "its process died")
+            return PlannerAnswer(AnswerKind.GONE, "its process died")
 
-    def _stopped(self, why: str) -> Answer:
+    def _stopped(self, why: str) -> PlannerAnswer:
         self.close()
         self._restarts += 1
         if self._restarts >= MAX_RESTARTS:
-            self.fault = Answer(AnswerKind.GONE, f"{why} ({self._restarts} times; not tried again)")
-        return Answer(AnswerKind.GONE, why)
+            self.fault = PlannerAnswer(AnswerKind.GONE, f"{why} ({self._restarts} times; not tried again)")
+        return PlannerAnswer(AnswerKind.GONE, why)
 
 
-def _types_in(answer: Answer) -> tuple[ItemType, ...] | None:
+def _types_in(answer: PlannerAnswer) -> tuple[ItemType, ...] | None:
     """The item types of an answer; None where it has none."""
     if answer.kind is not AnswerKind.OK or not isinstance(answer.content, tuple):
         return None
     return tuple(ItemType(str(t)) for t in cast("tuple[object, ...]", answer.content))
 
 
-def _fault_of_types(answer: Answer) -> Answer:
+def _fault_of_types(answer: PlannerAnswer) -> PlannerAnswer:
     return WRONG_TYPES if answer.kind is AnswerKind.OK else answer
 
 
-def _decision(answer: Answer, name: str) -> Decision:
+def _decision(answer: PlannerAnswer, name: str) -> Decision:
     """The answer, or a decision without a plan that says why it is none."""
     if answer.kind is not AnswerKind.OK:
         return Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note=answer.reason, solver=name))
@@ -324,7 +324,7 @@ def _serve(pipe: Connection, spec: str, origin: NameOrigin, folder: str) -> None
     try:
         found = strategy_plugin(spec, origin=origin)
     except LiosError as error:
-        pipe.send(Answer(AnswerKind.RAISED, str(error)))
+        pipe.send(PlannerAnswer(AnswerKind.RAISED, str(error)))
         return
     with found.import_path():
         _answer(pipe, found)
@@ -354,17 +354,17 @@ def _answer(pipe: Connection, found: Plugin) -> None:
         try:
             pipe.send(answer)
         except (TypeError, AttributeError, ValueError) as error:
-            pipe.send(Answer(AnswerKind.RAISED, f"its answer cannot be sent: {error}"))
+            pipe.send(PlannerAnswer(AnswerKind.RAISED, f"its answer cannot be sent: {error}"))
 
 
-def _tried(ask: Callable[[], object]) -> Answer:
+def _tried(ask: Callable[[], object]) -> PlannerAnswer:
     try:
-        return Answer(AnswerKind.OK, ask())
+        return PlannerAnswer(AnswerKind.OK, ask())
     except AskedForTruth as error:
-        return Answer(AnswerKind.ASKED_FOR_TRUTH, str(error))
+        return PlannerAnswer(AnswerKind.ASKED_FOR_TRUTH, str(error))
     except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
         show_traceback(error)
-        return Answer(AnswerKind.RAISED, exception_text(error))
+        return PlannerAnswer(AnswerKind.RAISED, exception_text(error))
 
 
 def load_foreign(found: Plugin) -> Strategy:

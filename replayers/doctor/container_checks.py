@@ -6,6 +6,7 @@ can do without (an index) is at most a loss, a fault that it would misread (a wr
 
 from __future__ import annotations
 
+import io
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -19,12 +20,14 @@ from replayers.doctor.findings import Findings, Level
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.records import HEAD, ChunkRecord, RawMessage, Record, UnreadableRecord, records_in
 from replayers.mcap_io.scan import Damage, scan
-from replayers.mcap_io.summary import read_summary
+from replayers.mcap_io.summary import FOOTER_BYTES, read_summary
 
 DATA_END_BYTES = 4
 Report = Callable[[str], None]
 PROFILES = ("", "ros1", "ros2")
 RECOVER = "Save what is intact: lios recover"
+INDEX_CUT = "the file was cut off in its index; no message, attachment or metadata is lost"
+REBUILD = "Give it an index again: lios recover"
 REWRITE = "Readers walk the whole file; with an index it opens faster: lios log compact"
 
 
@@ -34,7 +37,9 @@ class ContainerScan:
 
     Attributes:
         chunk_spans_ns: longest log time between first and last message of a chunk.
-        cut_off: the file ends early.
+        cut_off: the file ends before its data do.
+        index_cut: it ends after them, inside its index.
+        has_end: it ends with the closing magic.
     """
 
     findings: Findings
@@ -51,13 +56,20 @@ class ContainerScan:
     first: bool = True
     data_end: tuple[int, int] | None = None
     footer: Footer | None = None
+    footer_end: int = 0
     cut_off: bool = False
+    index_cut: bool = False
+    has_end: bool = False
     damaged: bool = False
     indexes_of: tuple[int, dict[int, list[tuple[int, int]]]] | None = None
 
     def damage(self, damage: Damage) -> None:
-        self.damaged = True
         where = f"byte {damage.offset}"
+        if damage.cut_off and self.data_end is not None and not self.has_end:
+            self.index_cut = True
+            self.findings.warning(where, f"{damage.what}: {INDEX_CUT}", REBUILD, kind="index cut off")
+            return
+        self.damaged = True
         if damage.cut_off:
             self.cut_off = True
             self.findings.add(Level.LOSS, where, damage.what, RECOVER, kind="cut off")
@@ -72,6 +84,8 @@ def walk_container(path: Path, stream: BinaryIO, walk: ContainerScan) -> Iterato
 
     The summary is compared when the iterator ends.
     """
+    stream.seek(-len(MAGIC), io.SEEK_END)
+    walk.has_end = stream.read() == MAGIC
     for offset, record in scan(stream, path=path, on_damage=walk.damage):
         if walk.first:
             walk.first = False
@@ -108,7 +122,7 @@ def _take(walk: ContainerScan, offset: int, record: Record) -> Iterator[Message 
         case DataEnd():
             walk.data_end = (offset, record.data_section_crc)
         case Footer():
-            walk.footer = record
+            walk.footer, walk.footer_end = record, offset + FOOTER_BYTES
         case _:
             pass
 
@@ -211,13 +225,18 @@ def _check_end(walk: ContainerScan, stream: BinaryIO) -> None:
         stand = "1 message stands" if walk.late == 1 else f"{walk.late} messages stand"
         what = f"{stand} after a later one, by {walk.late_ns / 1e9:.3f} s at most"
         findings.add(Level.INFO, "order", what)
+    if walk.data_end is not None:
+        _check_data_crc(walk, stream)
     if walk.data_end is None or walk.footer is None:
-        if not walk.cut_off and not walk.damaged:
+        if not walk.cut_off and not walk.damaged and not walk.index_cut:
             findings.error("end", "the file has no footer", RECOVER)
         return
-    _check_data_crc(walk, stream)
-    stream.seek(-len(MAGIC), 2)
-    if stream.read() != MAGIC:
+    stream.seek(walk.footer_end)
+    end = stream.read(len(MAGIC) + 1)
+    if end != MAGIC and MAGIC.startswith(end):
+        findings.warning("end", f"the closing magic is cut off: {INDEX_CUT}", REBUILD)
+        return
+    if end != MAGIC:
         findings.error("end", "the closing magic is missing or something follows it", RECOVER)
     if walk.footer.summary_start == 0:
         findings.add(Level.INFO, "summary", "the file has no index", REWRITE)

@@ -26,11 +26,10 @@ from workbench.log_schema.events import (
 )
 from workbench.log_schema.place import Place
 from workbench.planning.plans import PlanStatus
-from workbench.tolerances import NEAR_PROBABILITY
+from workbench.tolerances import NEAR_LOGGED_SUM, NEAR_PROBABILITY
 from workbench.worlds.house import LocationId
 from workbench.worlds.sight.sightings import stop_point
 
-CLOSE = 0.01
 CONTINUITY = frozenset({"decisions missing", "actions missing", "robot elsewhere", "against truth"})
 """Kinds of findings that missing events cause: mere warnings where events are known to be missing."""
 STATUSES = frozenset(status.value for status in RunStatus)
@@ -109,10 +108,10 @@ class EventChecks:
             ("metres walked", outcome.travel_m, self.travel_m),
             ("searches", outcome.searches, self.looks),
         ):
-            if abs(said - seen) > CLOSE * max(1.0, abs(said) / 100):
+            if abs(said - seen) > NEAR_LOGGED_SUM * max(1.0, abs(said) / 100):
                 what = f"its {name} are {said:g}, and the actions add up to {seen:g}"
                 findings.error("/search/outcome", what, kind=f"sum of {name}")
-        if outcome.status == RunStatus.DONE and abs(outcome.cost - outcome.own_cost) > CLOSE:
+        if outcome.status == RunStatus.DONE and abs(outcome.cost - outcome.own_cost) > NEAR_LOGGED_SUM:
             findings.error(
                 "/search/outcome", f"done at cost {outcome.cost:g}, but its own cost is {outcome.own_cost:g}"
             )
@@ -184,7 +183,7 @@ class EventChecks:
             if event.status == PlanStatus.SOLVED:
                 self._error(event, "it is solved, and no cost is expected", "expected cost")
             return
-        off = CLOSE * max(1.0, total / 100)
+        off = NEAR_LOGGED_SUM * max(1.0, total / 100)
         if event.steps and abs(total - expected) > off:
             self._error(event, f"it expects {expected:g}, and its steps add up to {total:g}", "plan's sum")
         if event.lower_bound is not None and event.lower_bound > expected + off:
@@ -202,7 +201,7 @@ class EventChecks:
                 self._error(event, f"step {_shown(step)} leads nowhere or has no cost", "illegal step")
             if step.action == "move":
                 metres = self.place.travel.between(LocationId(step.origin), LocationId(step.target))
-                if metres is not None and abs(metres - step.cost) > CLOSE * max(1.0, metres / 100):
+                if metres is not None and abs(metres - step.cost) > NEAR_LOGGED_SUM * max(1.0, metres / 100):
                     what = f"step {_shown(step)} costs {step.cost:g}, and the way is {metres:g} m"
                     self._error(event, what, "cost of a move")
             elif step.action != "find" and step.origin != step.target:
@@ -232,7 +231,12 @@ class EventChecks:
             self._error(event, f"it begins at {event.origin}, but the robot is at {self.robot_at}", "robot elsewhere")
         self.robot_at = event.target
         metres = self.place.travel.between(LocationId(event.origin), LocationId(event.target))
-        if simulated and event.action == "move" and metres is not None and abs(metres - event.travel_m) > CLOSE:
+        if (
+            simulated
+            and event.action == "move"
+            and metres is not None
+            and abs(metres - event.travel_m) > NEAR_LOGGED_SUM
+        ):
             self._error(event, f"it walked {event.travel_m:g} m, and the way is {metres:g} m", "length of a way")
         if any(not isfinite(x) for a, b in pairwise(event.path) for x in (*a, *b)):
             self._error(event, "a point of its path is not finite", "path")

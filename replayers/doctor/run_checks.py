@@ -19,7 +19,7 @@ from workbench.errors import LiosError
 from workbench.log_schema.codec import decode
 from workbench.log_schema.events import TOPICS, Dropped, RunInfo, schema_name
 from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, place_from_json, task_from_json
-from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata, is_intact
+from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, settings_from_json
 
 REPLAYABLE = "Without it the run cannot be replayed"
@@ -107,8 +107,6 @@ class RunChecks:
 
     def _metadata(self, record: Metadata) -> None:
         self.metadata[record.name] = record.metadata
-        if not is_intact(record.name, record.metadata):
-            self.findings.error(f"metadata {record.name[:60]}", "its checksum is wrong")
         if record.name != INFO_METADATA:
             return
         self.holds_run = True

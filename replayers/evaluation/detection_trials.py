@@ -31,9 +31,10 @@ from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.perception import viewpoint_square
 from workbench.worlds.sight.clear_line import clear_line
 
-DETECTIONS, POLLS = "/robot/detections", "/robot/fiducials"
-"""Topics of a robot's log: every new detection of a tag, and one message each time that the robot was asked."""
-ASKED = frozenset({DETECTIONS, POLLS, "/spot/world_objects"})
+DETECTIONS, POLLS, FIDUCIALS = "/robot/detections", "/robot/tag_polls", "/robot/fiducials"
+"""Topics of a robot's log: every new detection of a tag; one message each time that a detector was asked; one each
+time that it saw a tag (all that logs of earlier versions have)."""
+ASKED = frozenset({DETECTIONS, POLLS, FIDUCIALS, "/spot/world_objects"})
 """Topics whose messages show that the robot was asked for tags at that time."""
 IN_VIEW_M = 4.0
 """Distance in metres beyond which a tag in passing does not count as in view."""
@@ -77,6 +78,14 @@ class _Detection(msgspec.Struct):
     counts: bool = True
 
 
+class _Poll(msgspec.Struct):
+    """What is read of lios.spot.TagPoll."""
+
+    stamp: Stamp
+    localized: bool
+    counts: bool = True
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Placed:
     """An item in a container, since when that is known, and until when it stood there, in nanoseconds."""
@@ -100,7 +109,7 @@ def detection_trials(
             looks that first showed an item, and those that a correction is about, count as well.
 
     Raises:
-        UndecodableMessage: a detection or a pose in the log is none.
+        UndecodableMessage: a detection, a poll or a pose in the log is none.
     """
     placed, poses = tuple(_placed(run, planted, checked=checked)), _poses(run)
     found = _detections(run)
@@ -206,7 +215,7 @@ def _in_passing(
     run: Run, placed: Sequence[_Placed], poses: Floats, found: Sequence[_Detection], detector: str
 ) -> Iterator[DetectionTrial]:
     """One trial for each item and viewpoint of a robot that was asked for tags there and had the item in view."""
-    asked = np.array([m.log_time for m in messages(run.path, topics=POLLS.__eq__)], dtype=np.int64)
+    asked = np.array(_asked(run), dtype=np.int64)
     opened = {o.container for o in run.observations if o.opened_by} | {
         a.target for a in run.actions if a.action == "search" and not a.success
     }
@@ -251,6 +260,20 @@ def _detections(run: Run) -> tuple[_Detection, ...]:
         )
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise UndecodableMessage(DETECTIONS, str(error)) from error
+
+
+def _asked(run: Run) -> list[int]:
+    """When the detector by which looks go was asked for tags and the robot's pose was known, in nanoseconds.
+
+    In logs without polls, when it saw any tag: moments at which it saw none are missing, and rates come out too high.
+    """
+    try:
+        polls = [msgspec.json.decode(m.data, type=_Poll) for m in messages(run.path, topics=POLLS.__eq__)]
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise UndecodableMessage(POLLS, str(error)) from error
+    if polls:
+        return [poll.stamp.ns for poll in polls if poll.counts and poll.localized]
+    return [m.log_time for m in messages(run.path, topics=FIDUCIALS.__eq__)]
 
 
 def _viewpoint(run: Run, seen: Observation, poses: Floats) -> Point | None:

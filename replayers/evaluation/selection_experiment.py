@@ -7,15 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.evaluation.selection_pool import PoolTrial
 from replayers.selection.elimination import NEAR, eliminated_by_proof, eliminated_by_sequence
 from replayers.selection.selectors import SELECTORS
+from workbench.arrays import Floats
 from workbench.errors import BadValue
-from workbench.evaluation.statistics import Estimate, mean_with_interval, ratio_with_interval
-
-Floats = npt.NDArray[np.float64]
+from workbench.evaluation.statistics import IntervalEstimate, mean_with_interval, ratio_with_interval
 
 OURS = "intervals"
 RANDOM = "random"
@@ -54,9 +52,9 @@ class SelectorRow:
     """
 
     selector: str
-    regret: Estimate
+    regret: IntervalEstimate
     best_share: float
-    share_of: dict[str, Estimate | None]
+    share_of: dict[str, IntervalEstimate | None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +120,7 @@ def selector_rows(made: Sequence[Campaign], *, seed: int) -> tuple[SelectorRow, 
     ends = {name: np.array([c.regret[-1] for c in of[name]]) for name in names}
     clusters = [(c.pool, c.seed) for c in of[names[0]]]
 
-    def share(name: str, other: str) -> Estimate | None:
+    def share(name: str, other: str) -> IntervalEstimate | None:
         if ends[other].mean() <= NEAR:
             return None
         return ratio_with_interval(ends[name], ends[other], clusters, rng=np.random.default_rng(seed))

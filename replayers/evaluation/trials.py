@@ -14,7 +14,7 @@ from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_events, trial_for
+from recorders.simulated_run import RequestedTask, Trial, record_trial, trial_events, trial_for
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
 from replayers.evaluation.calibration import PitInterval, pit_interval, share_within
@@ -279,7 +279,7 @@ def outside_bounds(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...
 def trial_of(task: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
     """The trial of one task by one strategy."""
     trial = trial_for(
-        TaskRequest(scenario=task.scenario),
+        RequestedTask(scenario=task.scenario),
         load_house(task.house),
         strategy=strategy,
         estimator=plan.estimator,

@@ -31,7 +31,7 @@ class Marker:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class ActionResult:
     """How an action ended; key identifies the action where the message does."""
 
     key: str
@@ -91,7 +91,7 @@ def goal_pose(message: Any) -> tuple[str, Floats, str] | None:
     return None
 
 
-def results(message: Any) -> Iterator[Result]:
+def results(message: Any) -> Iterator[ActionResult]:
     """Ends of actions: actionlib results, status arrays of ROS 1 and ROS 2, MoveIt error codes."""
     if hasattr(message, "status_list"):
         for each in message.status_list:
@@ -101,7 +101,7 @@ def results(message: Any) -> Iterator[Result]:
                     bytes(np.asarray(each.goal_info.goal_id.uuid, dtype=np.uint8)).hex() if ros2 else each.goal_id.id
                 )
                 succeeded = ACTION_SUCCEEDED if ros2 else ACTIONLIB_SUCCEEDED
-                yield Result(str(key), int(each.status) == succeeded, f"status {int(each.status)}")
+                yield ActionResult(str(key), int(each.status) == succeeded, f"status {int(each.status)}")
         return
     if not hasattr(message, "status"):
         return
@@ -110,7 +110,7 @@ def results(message: Any) -> Iterator[Result]:
     code = getattr(getattr(getattr(message, "result", None), "error_code", None), "val", None)
     if code is not None:
         success = success and int(code) == MOVEIT_SUCCESS
-    yield Result(str(status.goal_id.id), success, str(status.text or f"status {int(status.status)}"))
+    yield ActionResult(str(status.goal_id.id), success, str(status.text or f"status {int(status.status)}"))
 
 
 def held(message: Any) -> bool | None:

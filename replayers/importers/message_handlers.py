@@ -206,7 +206,7 @@ class BagDerivation:
             elif holding:
                 self.derived.holding(at, False)
 
-    def _already_recorded(self, result: decoding.Result) -> bool:
+    def _already_recorded(self, result: decoding.ActionResult) -> bool:
         """Whether the end of an action was recorded already: status messages repeat it. Without a key it is always
         new."""
         if result.key in self._done:

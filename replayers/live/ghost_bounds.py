@@ -91,7 +91,7 @@ class GhostReport(msgspec.Struct, frozen=True, kw_only=True):
     ended: str = ""
 
 
-class Verdict(StrEnum):
+class GhostVerdict(StrEnum):
     """What is proven about the driven strategy, whatever the unopened containers hold."""
 
     BEATEN = "beaten"
@@ -121,14 +121,14 @@ def tightened(now: GhostBounds, before: GhostBounds | None) -> GhostBounds:
     )
 
 
-def verdict(bounds: tuple[GhostBounds, ...]) -> Verdict:
+def verdict(bounds: tuple[GhostBounds, ...]) -> GhostVerdict:
     """What is proven about the driven strategy beside the others."""
     ghosts = [b for b in bounds if not b.driven]
     if any(not b.trouble and b.least_extra > NEAR_COST for b in ghosts):
-        return Verdict.BEATEN
+        return GhostVerdict.BEATEN
     if ghosts and all(not b.trouble and b.most_extra <= NEAR_COST for b in ghosts):
-        return Verdict.BEST
-    return Verdict.OPEN
+        return GhostVerdict.BEST
+    return GhostVerdict.OPEN
 
 
 def verdict_line(bounds: tuple[GhostBounds, ...]) -> str:
@@ -138,13 +138,13 @@ def verdict_line(bounds: tuple[GhostBounds, ...]) -> str:
     if not driven or not ghosts:
         return ""
     found = verdict(bounds)
-    if found is Verdict.BEATEN:
+    if found is GhostVerdict.BEATEN:
         by = max(ghosts, key=lambda b: b.least_extra)
         return (
             f"{driven} is provably beaten: {by.strategy} costs at least {by.least_extra:.1f} less, "
             "whatever the unopened containers hold."
         )
-    if found is Verdict.BEST:
+    if found is GhostVerdict.BEST:
         names = ", ".join(b.strategy for b in ghosts)
         return f"{driven} is provably best: it costs no more than {names}, whatever the unopened containers hold."
     return f"Open: {driven} is neither provably beaten nor provably best."

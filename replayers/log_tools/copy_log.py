@@ -23,6 +23,8 @@ from replayers.mcap_io.summary import read_summary
 from workbench.errors import Failed, OutputExists, WrongKind
 from workbench.files import draft_path, remove_abandoned_drafts
 from workbench.files import replace as replace_file
+from workbench.log_schema.run_info import INFO_METADATA
+from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, identity_in
 
 MESSAGE_INDEXES = frozenset({int(Opcode.MESSAGE_INDEX)})
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
@@ -107,13 +109,15 @@ class LogCopier:
         if isinstance(error, DiskFull):
             raise NoDiskSpace(self.path, error.reason) from error
 
-    def copy(self, message: Message) -> None:
+    def copy(self, message: Message, *, incompressible: bool = False) -> None:
+        """Copies a message; `incompressible` is as of `McapWriter.add_message`."""
         self.writer.add_message(
             self.channel(message.channel, message.schema),
             message.data,
             log_time=message.log_time,
             publish_time=message.publish_time,
             sequence=message.sequence,
+            incompressible=incompressible,
         )
 
     def copy_piece(self, piece: Message | WholeChunk) -> int:
@@ -228,11 +232,13 @@ class ReadLoss:
     Attributes:
         damages: the first MAX_KEPT_DAMAGES of them, in the order of the file.
         count: how many there were in all.
+        ended: the data were read to the record that ends them; only indexes may come after it.
     """
 
     damages: list[Damage] = field(default_factory=list)
     count: int = 0
     messages: int = 0
+    ended: bool = False
 
     MAX_KEPT_DAMAGES = 1000
 
@@ -291,18 +297,29 @@ def pieces_at(
     skip: frozenset[int] = frozenset(),
     jumps: Mapping[int, int] | None = None,
 ) -> Iterator[tuple[int, Part | WholeChunk]]:
-    """The pieces of a log with the offsets of their records; skip and jumps are as of `scan`."""
+    """The pieces of a log with the offsets of their records; skip and jumps are as of `scan`.
+
+    Where the run's identity is damaged, the one that settings.json repeats comes last.
+    """
     content = _reader_of(path, loss)
+    identity, named = dict[str, str](), False
     with open_log(path) as stream:
         for offset, record in scan(stream, path=path, on_damage=loss.add, skip=skip, jumps=jumps):
             if isinstance(record, DataEnd):
+                loss.ended = True
                 break
             if isinstance(record, Attachment | Metadata | Header):
+                named |= isinstance(record, Metadata) and record.name == INFO_METADATA
+                if isinstance(record, Attachment) and record.name == SETTINGS_ATTACHMENT:
+                    identity = identity_in(record.data)
                 yield offset, record
             else:
                 for piece in _pieces_of(offset, record, content):
                     yield offset, piece
         loss.messages += content.messages_lost
+        damaged = [damage.offset for damage in loss.damages if damage.opcode == Opcode.METADATA]
+        if identity and damaged and not named:
+            yield damaged[0], Metadata(name=INFO_METADATA, metadata=identity)
 
 
 def _pieces_of(offset: int, record: Record, content: ChunkMessages) -> Iterator[Message | WholeChunk]:

@@ -103,11 +103,13 @@ def describe(path: Path | str) -> Description:
             index = LogIndex()
             for offset, record in scan(stream, path=path, on_damage=loss.add):
                 if isinstance(record, DataEnd):
+                    loss.ended = True
                     break
                 _count(index, offset, record, loss)
                 if isinstance(record, Metadata):
                     found[record.name] = record.metadata
         else:
+            loss.ended = True
             for entry in index.metadata:
                 record = record_at(stream, entry.offset, on_damage=loss.add)
                 if isinstance(record, Metadata):

@@ -28,7 +28,7 @@ from workbench.remote.path import RemotePath
 if TYPE_CHECKING:
     from replayers.log_tools.info import Description
 
-LIST_VERSION = 5
+LIST_VERSION = 6
 STAT_WORKERS = 8
 REMOTE_READERS = 64
 REPLAY, OBSERVATIONS, IMPUTED = "replay", "/search/observation", "imputed"
@@ -38,7 +38,7 @@ UNDECIDED = "undetermined"
 
 
 Check = Callable[["Description"], tuple[str, ...]]
-"""What is missing from a log of runs, a line for each kind of loss."""
+"""What is missing from a log, a line for each kind of loss."""
 
 
 class Completeness(MessageEnum):
@@ -49,12 +49,15 @@ class Completeness(MessageEnum):
     NOT_WHOLE = "not whole: {lost}"
     RECOVERED = "recovered: {damages} places were lost"
     PART = "part {part} of a split run"
+    CUT_OFF = "cut off: its end is missing"
+    CUT_OFF_WITHOUT_RUN = "cut off, holds no run"
 
 
 class LogRow(msgspec.Struct, frozen=True, kw_only=True):
     """One log.
 
-    problem says why it could not be read, or is not whole; lost, what is missing from a log of runs. status is
+    problem says why it could not be read, or is not whole; lost, what had to be dropped, or is missing from its run;
+    cut_off, that it ends early. status is
     missing where it has no outcome, cost there too, and where a replay is undecided. imputed counts the containers
     whose contents nobody saw: the log is of a replay in an imagined world.
     """
@@ -77,6 +80,7 @@ class LogRow(msgspec.Struct, frozen=True, kw_only=True):
     started_ns: int = 0
     imputed: int = 0
     lost: tuple[str, ...] = ()
+    cut_off: bool = False
     problem: str = ""
 
 
@@ -164,23 +168,34 @@ def row_of(path: Path, *, check: Check | None = None) -> LogRow:
         started_ns=info.started.ns if info else 0,
         imputed=len(imputed),
         lost=lost,
+        cut_off=_is_cut_off(found),
         problem=_completeness(found, lost).message,
     )
 
 
 def _completeness(found: Description, lost: tuple[str, ...]) -> Result[Completeness]:
-    from replayers.log_tools.recovered import RECOVERED_METADATA
+    from replayers.log_tools.recovered import RECOVERED_METADATA, Lost
 
     if found.info is None and not lost:
+        if not found.runs and _is_cut_off(found):
+            return Completeness.CUT_OFF_WITHOUT_RUN.result()
         return Completeness.NOT_ONE_RUN.result(runs=f"{found.runs} runs" if found.runs else "no run")
     recovered, part = found.metadata.get(RECOVERED_METADATA, {}), found.metadata.get(PART_METADATA, {})
-    if recovered.get("lossy") == "true":
+    if recovered.get("lossy") == "true" and recovered.get("lost") != Lost.END:
         return Completeness.RECOVERED.result(damages=recovered.get("damages", "?"))
     if part and (part.get("part") != "0" or not found.outcome):
         return Completeness.PART.result(part=shown(part.get("part", "?")))
     if lost:
         return Completeness.NOT_WHOLE.result(lost="; ".join(lost))
-    return Completeness.WHOLE.result()
+    return (Completeness.CUT_OFF if _is_cut_off(found) else Completeness.WHOLE).result()
+
+
+def _is_cut_off(found: Description) -> bool:
+    """Whether a log, or the one that it was recovered from, ends early."""
+    from replayers.log_tools.recovered import RECOVERED_METADATA, Lost, Recovered
+
+    copied = Recovered.from_facts(found.metadata.get(RECOVERED_METADATA, {}))
+    return copied.lost is Lost.END or not (found.closed or found.loss.ended)
 
 
 def _imputed(path: Path) -> frozenset[str]:

@@ -63,6 +63,7 @@ class NoRunInLog(MalformedFile):
     """An MCAP file that no run was recorded to."""
 
     def __init__(self, path: Path, lacks: str) -> None:
+        self.lacks = lacks
         super().__init__(path, f"it holds no run (no {lacks})", "Give a log of lios record, or lios site from-log")
 
 

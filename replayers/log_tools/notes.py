@@ -55,7 +55,7 @@ class IncompleteIndex(Malformed):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Note:
+class RunNote:
     """A note of a person on a run.
 
     Attributes:
@@ -81,7 +81,7 @@ def add_note(
     author: str = "",
     seen: Correction | None = None,
     now_ns: int | None = None,
-) -> Note:
+) -> RunNote:
     """Adds a note to a closed log.
 
     Args:
@@ -114,13 +114,13 @@ def add_note(
 
 def _added(
     path: Path, text: str, *, at: str, until: str, author: str, seen: Correction | None, now_ns: int | None
-) -> Note:
+) -> RunNote:
     index, size = _index_of(path)
     start_ns = seen.stamp_ns if seen else _within(path, index, at, "--at") if at else index.last_ns
     end_ns = _within(path, index, until, "--until") if until else start_ns
     if end_ns < start_ns:
         raise BadValue("--until", until, "at or after --at")
-    note = Note(
+    note = RunNote(
         text=text,
         start_ns=start_ns,
         end_ns=end_ns,
@@ -140,7 +140,7 @@ def _added(
     return note
 
 
-def notes_of(path: Path | str) -> list[Note]:
+def notes_of(path: Path | str) -> list[RunNote]:
     """All notes of a log, ordered by the time that they are about.
 
     Raises:
@@ -150,7 +150,7 @@ def notes_of(path: Path | str) -> list[Note]:
     return sorted(found, key=lambda note: (note.start_ns, note.written_ns))
 
 
-def note_from(message: Message) -> Note:
+def note_from(message: Message) -> RunNote:
     """The note in a message of its topic.
 
     Raises:
@@ -161,7 +161,7 @@ def note_from(message: Message) -> Note:
     except DecodeError as error:
         raise UndecodableMessage(NOTE_TOPIC, str(error)) from error
     pairs = {pair.key: pair.value for pair in event.metadata}
-    return Note(
+    return RunNote(
         text=pairs.get("note", ""),
         start_ns=_ns(event.start_time),
         end_ns=_ns(event.end_time),
@@ -193,7 +193,7 @@ def _within(path: Path, index: LogIndex, text: str, option: str) -> int:
     return stamp_ns
 
 
-def _encoded(note: Note) -> bytes:
+def _encoded(note: RunNote) -> bytes:
     pairs = [KeyValuePair(key="note", value=note.text)]
     if note.author:
         pairs.append(KeyValuePair(key="author", value=note.author))

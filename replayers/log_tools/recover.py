@@ -14,18 +14,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
 
 from replayers.log_tools.copy_log import LogCopier, LogLayout, ReadLoss, pieces_at, profile_of
-from replayers.log_tools.multi_run import run_and_name
 from replayers.log_tools.read_ahead import read_ahead
 from replayers.log_tools.recovered import SourceLoss
 from replayers.mcap_io.scan import Damage, open_log
 from replayers.mcap_io.summary import is_closed, read_summary
 from workbench.errors import BadValue
-from workbench.log_schema.run_info import INFO_METADATA, is_intact
-from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
+from workbench.log_schema.run_info import INFO_METADATA
+from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, identity_in
 from workbench.remote.path import path_of
 
 Progress = Callable[[Iterator[Any]], Iterable[Any]]
@@ -41,6 +39,7 @@ class Recovery:
         messages_lost: messages whose channel is not declared anywhere; those inside lost chunks cannot be counted
             unless the index is intact: expected_messages then says how many there were.
         was_closed: the log had its index; False for one whose recorder was killed.
+        end_missing: the log ends early, so that messages may have been recorded that never came to be written.
     """
 
     source: Path
@@ -53,6 +52,7 @@ class Recovery:
     messages_lost: int
     expected_messages: int | None
     was_closed: bool
+    end_missing: bool
     source_bytes: int
     output_bytes: int
 
@@ -96,6 +96,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
         messages_lost=loss.messages,
         expected_messages=expected,
         was_closed=closed,
+        end_missing=not (closed or loss.ended),
         source_bytes=source_bytes,
         output_bytes=copier.writer.bytes_written,
     )
@@ -103,26 +104,21 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, prog
 
 def _copy(source: Path, copier: LogCopier, lost: SourceLoss, progress: Progress) -> dict[str, int]:
     """Copies and counts what is intact."""
-    loss = lost.loss
     done = {"messages": 0, "attachments": 0, "metadata": 0}
     identity: dict[str, str] = {}
     named: set[str] = set()
-    for offset, piece in progress(read_ahead(pieces_at(source, loss))):
+    for _, piece in progress(read_ahead(pieces_at(source, lost.loss))):
         if isinstance(piece, Attachment):
             copier.attach(piece)
             done["attachments"] += 1
             if piece.name == SETTINGS_ATTACHMENT:
-                identity = _identity_in(piece.data)
+                identity = identity_in(piece.data)
         elif isinstance(piece, Metadata):
             if lost.take(piece):
                 continue
-            if is_intact(run_and_name(piece.name)[1], piece.metadata):
-                copier.describe(piece)
-                named.add(piece.name)
-                done["metadata"] += 1
-            else:
-                what = f"metadata {piece.name[:60]!r}: its checksum is wrong"
-                loss.add(Damage(offset, what, opcode=Opcode.METADATA))
+            copier.describe(piece)
+            named.add(piece.name)
+            done["metadata"] += 1
         elif not isinstance(piece, Header):
             lost.count(piece)
             done["messages"] += copier.copy_piece(piece)
@@ -130,12 +126,3 @@ def _copy(source: Path, copier: LogCopier, lost: SourceLoss, progress: Progress)
         copier.writer.add_metadata(INFO_METADATA, identity)
         done["metadata"] += 1
     return done
-
-
-def _identity_in(settings: bytes) -> dict[str, str]:
-    """The run's identity, which settings.json repeats under its own checksum."""
-    try:
-        pairs = settings_from_json(settings).more.get("run")
-    except MalformedSettings:
-        return {}
-    return {str(key): str(value) for key, value in pairs.items()} if isinstance(pairs, dict) else {}

@@ -49,6 +49,7 @@ class Recovered:
     Attributes:
         source: names of the files.
         lost: where something was lost.
+        torn: the log was cut off inside a record with content.
         lost_at: byte offset of the first loss in its file; None where nothing was lost, or only an index shows it.
         damages: number of damaged places, those of indexes too.
         messages: how many messages were saved.
@@ -59,6 +60,7 @@ class Recovered:
 
     source: str
     lost: Lost
+    torn: bool = False
     lost_at: int | None = None
     damages: int = 0
     messages: int | None = None
@@ -76,6 +78,7 @@ class Recovered:
         return cls(
             source=facts.get("from", ""),
             lost=lost,
+            torn=lost is Lost.END and facts.get("lossy") == "true",
             lost_at=_whole(facts.get("lost_at")),
             damages=_whole(facts.get("damages")) or 0,
             messages=_whole(facts.get("messages")),
@@ -91,7 +94,7 @@ class Recovered:
             facts["messages"] = str(self.messages)
         if self.expected is not None:
             facts["expected"] = str(self.expected)
-        facts["lossy"] = "true" if self.lost is Lost.MIDDLE else "false"
+        facts["lossy"] = "true" if self.torn or self.lost is Lost.MIDDLE else "false"
         if self.lost is not Lost.UNKNOWN:
             facts["lost"] = self.lost.value
             facts["kept"] = json.dumps(dict(sorted(self.kept.items())))
@@ -214,6 +217,7 @@ class SourceLoss:
         return Recovered(
             source=shown(self.name),
             lost=lost,
+            torn=lost is Lost.END and any(damage.loses_content for damage in content),
             lost_at=min((damage.offset for damage in torn or content), default=None),
             damages=self.loss.count,
             messages=self.read,
@@ -273,6 +277,7 @@ def combined(sources: Sequence[SourceLoss], run: int | None = None, *, joined: b
     return Recovered(
         source=", ".join(dict.fromkeys(record.source for record in of)),
         lost=lost or Lost.NOTHING,
+        torn=lost is Lost.END and any(record.torn for record in of),
         lost_at=next((record.lost_at for record in of if record.lost_at is not None), None),
         damages=sum(record.damages for record in found),
         messages=sum(source.read for source in sources),
@@ -301,7 +306,8 @@ def _with_own(said: Recovered | None, own: Recovered) -> Recovered:
     if own.lost is Lost.NOTHING:
         return said
     lost = Lost.MIDDLE if Lost.MIDDLE in (said.lost, own.lost) else Lost.END
-    return replace(own, lost=lost, damages=said.damages + own.damages, kept=said.kept)
+    torn = lost is Lost.END and (said.torn or own.torn)
+    return replace(own, lost=lost, torn=torn, damages=said.damages + own.damages, kept=said.kept)
 
 
 def _name_of(run: int | None) -> str:

@@ -171,10 +171,13 @@ def _copy_wanted(piece: Piece, copier: LogCopier, wanted: MessageFilter, change:
     whole = change is None or not any(change.concerns(*pair) for pair in piece.channels.values())
     if whole and all(topics.values()) and wanted.time(piece.start_ns) and wanted.time(piece.end_ns):
         return copier.copy_piece(piece)
-    return sum(
-        _copy_changed(message, copier, change)
-        for message in piece.messages(lambda topic, log_time: topics[topic] and wanted.time(log_time))
-    )
+    messages = piece.messages(lambda topic, log_time: topics[topic] and wanted.time(log_time))
+    if whole:
+        count, incompressible = 0, piece.stored is not None
+        for count, message in enumerate(messages, start=1):  # noqa: B007 - the number of the last one
+            copier.copy(message, incompressible=incompressible)
+        return count
+    return sum(_copy_changed(message, copier, change) for message in messages)
 
 
 def _copy_changed(message: Message, copier: LogCopier, change: Change | None) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, final
@@ -9,9 +10,9 @@ from typing import NamedTuple, final
 from mcap.records import Channel, Schema
 
 from recorders.mcap_io.chunk import PackedChunk
+from recorders.mcap_io.stored_frame import StoredFrame, stored_frame
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.records import MAX_RECORD_BYTES, ChunkRecord, UnreadableRecord, message_head, walk_chunk
-from replayers.mcap_io.stored_frame import stored_frame
 
 
 class _Place(NamedTuple):
@@ -32,7 +33,7 @@ class WholeChunk:
         channels: those that it uses or declares, by id, each with its schema.
         declared: the schemas and channels that it declares.
         start_ns, end_ns: first and last log time of its messages; 0 without messages.
-        packed_crc: checksum of its compressed data; None where it was not computed.
+        stored: its compressed data, where they store the content as it is.
     """
 
     record: ChunkRecord
@@ -42,7 +43,7 @@ class WholeChunk:
     declared: Sequence[Schema | Channel]
     start_ns: int
     end_ns: int
-    packed_crc: int | None = None
+    stored: StoredFrame | None = None
 
     def messages(self, wanted: Callable[[str, int], bool] | None = None) -> Iterator[Message]:
         """Its messages in order; with `wanted`, those whose topic and log time it takes."""
@@ -54,7 +55,7 @@ class WholeChunk:
                 yield Message(channel, schema, log_time, publish_time, sequence, data[body:end])
 
     def packed(self) -> PackedChunk:
-        """The chunk for another log; its times and message indexes are made from what it holds."""
+        """The chunk for another log; times, message indexes and a missing checksum are made from what it holds."""
         index: dict[int, list[tuple[int, int]]] = {}
         for channel_id, log_time, start, _ in self.places:
             index.setdefault(channel_id, []).append((log_time, start))
@@ -62,11 +63,11 @@ class WholeChunk:
             data=self.record.packed,
             compression=self.record.compression,
             size=len(self.data),
-            crc=self.record.uncompressed_crc,
+            crc=self.record.uncompressed_crc or zlib.crc32(self.data),
             start_ns=self.start_ns,
             end_ns=self.end_ns,
             index=index,
-            data_crc=self.packed_crc,
+            data_crc=None if self.stored is None else self.stored.frame_crc(),
         )
 
 
@@ -77,7 +78,7 @@ def whole_chunk(record: ChunkRecord, content: ChunkMessages) -> WholeChunk | Non
         content: the declarations before it.
     """
     try:
-        data, packed_crc = _unpacked(record)
+        data, stored = _unpacked(record)
         declared, places = walk_chunk(data)
     except UnreadableRecord:
         return None
@@ -107,12 +108,12 @@ def whole_chunk(record: ChunkRecord, content: ChunkMessages) -> WholeChunk | Non
         declared=declared,
         start_ns=min(stamps, default=0),
         end_ns=max(stamps, default=0),
-        packed_crc=packed_crc,
+        stored=stored,
     )
 
 
-def _unpacked(record: ChunkRecord) -> tuple[bytes, int | None]:
-    """The records inside, checked, and the checksum of the compressed data where that costs nothing.
+def _unpacked(record: ChunkRecord) -> tuple[bytes, StoredFrame | None]:
+    """The records inside, checked, and the compressed data where they store them as they are.
 
     Raises:
         UnreadableRecord: as of `ChunkRecord.unpack`.
@@ -120,6 +121,6 @@ def _unpacked(record: ChunkRecord) -> tuple[bytes, int | None]:
     stored = None
     if record.compression == "zstd" and record.uncompressed_crc and record.uncompressed_size <= MAX_RECORD_BYTES:
         stored = stored_frame(record.packed)
-    if stored is None or (stored.crc, len(stored.content)) != (record.uncompressed_crc, record.uncompressed_size):
+    if stored is None or (stored.crc, stored.content_bytes) != (record.uncompressed_crc, record.uncompressed_size):
         return record.unpack(), None
-    return stored.content, stored.frame_crc
+    return stored.content(), stored

@@ -6,6 +6,7 @@ mcap's own record layer parses the small records; messages and chunks, which hol
 from __future__ import annotations
 
 import io
+import re
 import struct
 import threading
 import zlib
@@ -37,6 +38,8 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+
+from workbench.log_schema.run_info import is_intact
 
 MAX_RECORD_BYTES = 128 << 20
 """No record, and no decompressed chunk, may be larger; whatever claims to be is damage."""
@@ -273,6 +276,15 @@ def _attachment(body: bytes) -> tuple[Record, int]:
     return record, used
 
 
+def _metadata(body: bytes) -> tuple[Record, int]:
+    """MCAP has no checksum for metadata; our own records carry one, and a wrong one is damage as in a chunk."""
+    record, used = _checked_parser(Metadata)(body)
+    own = _OWN_METADATA.fullmatch(record.name) if isinstance(record, Metadata) else None
+    if isinstance(record, Metadata) and own and not is_intact(own[1], record.metadata):
+        raise UnreadableRecord(f"the checksum of {record.name[:60]!r} is wrong")
+    return record, used
+
+
 class _Kind(Protocol):
     """A record class of mcap's record layer, with its own `read`."""
 
@@ -357,6 +369,7 @@ class _StrictStream(ReadDataStream):
 
 
 _OF_THREAD = threading.local()
+_OWN_METADATA = re.compile(r"(?:runs/\d{1,6}/)?(lios\..+)", re.DOTALL)
 _MESSAGE = struct.Struct("<HIQQ")
 _HEAD_AND_MESSAGE = struct.Struct("<BQHIQQ")
 _CHUNK = struct.Struct("<QQQLL")
@@ -374,7 +387,7 @@ _PARSERS: Mapping[int, Parser] = MappingProxyType(
         Opcode.ATTACHMENT: _attachment,
         Opcode.ATTACHMENT_INDEX: _checked_parser(AttachmentIndex),
         Opcode.STATISTICS: _checked_parser(Statistics),
-        Opcode.METADATA: _checked_parser(Metadata),
+        Opcode.METADATA: _metadata,
         Opcode.METADATA_INDEX: _checked_parser(MetadataIndex),
         Opcode.SUMMARY_OFFSET: _checked_parser(SummaryOffset),
         Opcode.DATA_END: _checked_parser(DataEnd),

@@ -33,6 +33,8 @@ from workbench.remote.path import RemotePath, path_of
 CHUNK_HEAD_BYTES = 48
 BOOKKEEPING = frozenset({-1, 2, 7, 8, 10, 11, 13, 14, 15})
 """Opcodes of indexes, statistics and footers, which can be regenerated."""
+WITHOUT_CONTENT = BOOKKEEPING | {int(Opcode.HEADER), int(Opcode.SCHEMA), int(Opcode.CHANNEL)}
+"""Opcodes of records that say nothing by themselves: nothing is lost where a file ends inside one."""
 
 
 class NoMcap(MalformedFile):
@@ -68,7 +70,7 @@ class Damage(NamedTuple):
     @property
     def loses_content(self) -> bool:
         """Whether messages, attachments or metadata may have been lost here, and not only bookkeeping."""
-        return self.opcode not in BOOKKEEPING
+        return self.opcode not in (WITHOUT_CONTENT if self.cut_off else BOOKKEEPING)
 
 
 OnDamage = Callable[[Damage], None]
@@ -253,5 +255,5 @@ def record_at(stream: BinaryIO, offset: int, *, on_damage: OnDamage | None = Non
     size = stream.seek(0, io.SEEK_END)
     found = _look(stream, offset, size, MAX_RECORD_BYTES, frozenset())
     if found.record is None and on_damage is not None:
-        on_damage(Damage(offset, found.damage or "no record where the index says"))
+        on_damage(Damage(offset, found.damage or "no record where the index says", opcode=found.opcode))
     return found.record

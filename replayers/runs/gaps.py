@@ -8,11 +8,12 @@ by damage, by a filter, or because the log is one part of several.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from replayers.log_tools.info import Description
+from replayers.log_tools.info import Description, describe
+from replayers.log_tools.multi_run import NoRunInLog
 from replayers.log_tools.recovered import EVIDENCE_TOPICS, Lost
 from replayers.mcap_io.integrity import damages_behind
 from replayers.mcap_io.scan import Damage
@@ -20,10 +21,9 @@ from replayers.runs.run import Run, read
 from workbench.errors import LiosError
 from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, Observation, PlanComputed
 from workbench.message_enum import MessageEnum, Result
+from workbench.tolerances import NEAR_LOGGED_SUM
 from workbench.worlds.house import LocationId
 
-NEAR_COST = 1e-2
-"""Costs are rounded to six decimals and added up over a run."""
 SIMULATED_SOURCES = ("simulation", "replay")
 
 
@@ -42,6 +42,8 @@ class Gaps:
     Attributes:
         lost: one line for each kind of loss; empty where nothing is missing but perhaps the end of a log that was
             cut off.
+        torn: the end of a log that was cut off inside a record, whose content had to be dropped; empty for none. All
+            that the log holds stands nevertheless.
         actions_after_ns: actions may be missing after this time, in nanoseconds since the epoch; None where none is.
         not_looked: containers whose first observation is lost.
         beliefs: whether beliefs of some decisions are missing.
@@ -49,10 +51,39 @@ class Gaps:
     """
 
     lost: tuple[str, ...] = ()
+    torn: tuple[str, ...] = field(default=(), compare=False)
     actions_after_ns: int | None = None
     not_looked: frozenset[str] = frozenset()
     beliefs: bool = False
     start: Result[StartKnowledge] = field(default_factory=StartKnowledge.KNOWN.result)
+
+    @property
+    def dropped(self) -> tuple[str, ...]:
+        """One line for all that is missing, the torn end too: where there is any, commands exit with 3."""
+        return (*self.lost, *self.torn)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogLosses:
+    """What several logs lack.
+
+    Attributes:
+        lost: by log, one line for each kind of loss; logs of which nothing was dropped are left out.
+        cut_off: logs that end early.
+    """
+
+    lost: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+    cut_off: tuple[str, ...] = ()
+
+    @property
+    def lines(self) -> list[str]:
+        """One line for each log that is not whole."""
+        ends = [
+            f"note: {log} is cut off: its end is missing, and nothing else"
+            for log in self.cut_off
+            if log not in self.lost
+        ]
+        return [*(f"note: {log} is not whole: {'; '.join(what)}" for log, what in self.lost.items()), *ends]
 
 
 def gaps_of(run: Run) -> Gaps:
@@ -89,6 +120,7 @@ def gaps_of(run: Run) -> Gaps:
         lost.append(start.message)
     return Gaps(
         lost=tuple(lost),
+        torn=_torn_end(run),
         actions_after_ns=after_ns,
         not_looked=not_looked,
         beliefs=bool(lost and made - {belief.decision for belief in run.beliefs}) or bool(undecided),
@@ -101,38 +133,77 @@ def damage_line(damages: Sequence[Damage]) -> str:
     return f"{_many(len(damages), 'place')} of the log could not be read, the first at byte {damages[0].offset}"
 
 
-def losses(runs: Iterable[Run]) -> dict[str, tuple[str, ...]]:
-    """What is missing from each run, by its log; runs that are whole are left out."""
-    found = ((str(run.path), gaps_of(run).lost) for run in runs)
-    return {log: lost for log, lost in found if lost}
+def torn_line(offset: int) -> str:
+    """What is missing from a log that ends inside a record."""
+    return f"it was cut off inside a record: what came {Lost.END}, at byte {offset}, is lost"
 
 
-def losses_of_logs(paths: Iterable[Path]) -> dict[str, tuple[str, ...]]:
-    """The same of logs; what holds no run, or cannot be read, is left out."""
-    found: dict[str, tuple[str, ...]] = {}
+def losses(runs: Iterable[Run]) -> LogLosses:
+    """What runs lack."""
+    lost: dict[str, tuple[str, ...]] = {}
+    cut_off: list[str] = []
+    for run in runs:
+        dropped = gaps_of(run).dropped
+        if dropped:
+            lost[str(run.path)] = dropped
+        if run.is_cut_off:
+            cut_off.append(str(run.path))
+    return LogLosses(lost=lost, cut_off=tuple(cut_off))
+
+
+def losses_of_logs(paths: Iterable[Path]) -> LogLosses:
+    """What logs lack to be runs; of a log that holds several, or that cannot be read, nothing is said."""
+    lost: dict[str, tuple[str, ...]] = {}
+    cut_off: list[str] = []
     for path in paths:
         try:
-            found |= losses([read(path)])
+            found = losses([read(path)])
+        except NoRunInLog as error:
+            about = describe(path)
+            if about.info is None:
+                continue  # using the log says why
+            cut = [damage for damage in about.loss.damages if damage.cut_off]
+            found = LogLosses(
+                lost={str(path): _lines_of_no_run(error, about.loss.damages)}, cut_off=(str(path),) if cut else ()
+            )
         except LiosError:
             continue  # using the log says why
-    return found
+        lost |= found.lost
+        cut_off += found.cut_off
+    return LogLosses(lost=lost, cut_off=tuple(cut_off))
 
 
 def losses_of_listed(found: Description) -> tuple[str, ...]:
-    """What is missing from a described log, by all its checksums too; nothing where it holds no run."""
-    if not found.runs:
-        return ()
+    """What had to be dropped of a described log, or is missing from its run, by all its checksums too."""
     damages = damages_behind(found.path, found.index) if found.indexed else found.loss.damages
-    damages = [damage for damage in damages if damage.loses_content and not damage.cut_off]
+    damages = [damage for damage in damages if damage.loses_content]
     try:
-        return gaps_of(replace(read(found.path), damage=tuple(damages))).lost
-    except LiosError:  # several runs, or too little of one
-        return (damage_line(damages),) if damages else ()
+        return gaps_of(replace(read(found.path), damage=tuple(damages))).dropped
+    except NoRunInLog as error:
+        return _lines_of_no_run(error, damages) if found.info is not None else _damage_lines(damages)
+    except LiosError:
+        return _damage_lines(damages)
 
 
-def loss_lines(lost: Mapping[str, tuple[str, ...]]) -> list[str]:
-    """One line for each log that is not whole."""
-    return [f"note: {log} is not whole: {'; '.join(what)}" for log, what in lost.items()]
+def _lines_of_no_run(error: NoRunInLog, damages: Sequence[Damage]) -> tuple[str, ...]:
+    """What is missing from a log that names its run, and lacks something without which nothing can be replayed."""
+    return (*_damage_lines(damages), f"{error.lacks} is missing: it cannot be replayed")
+
+
+def _damage_lines(damages: Iterable[Damage]) -> tuple[str, ...]:
+    found = [damage for damage in damages if damage.loses_content]
+    places = [damage for damage in found if not damage.cut_off]
+    cut = (torn_line(damage.offset) for damage in found if damage.cut_off)
+    return (*((damage_line(places),) if places else ()), *cut)
+
+
+def _torn_end(run: Run) -> tuple[str, ...]:
+    """What was lost in the record in which a log, or the log that it was recovered from, was cut off."""
+    torn = next((damage for damage in run.damage if damage.cut_off and damage.loses_content), None)
+    if torn is not None:
+        return (torn_line(torn.offset),)
+    words = run.recovered.words if run.recovered is not None and run.recovered.torn else None
+    return (words,) if words else ()
 
 
 def _only_end_lost(run: Run) -> bool:
@@ -167,7 +238,7 @@ def _ended_later(run: Run) -> bool:
     if run.outcome.searches > max(searches, sum(action.action == "search" for action in run.actions)):
         return True
     simulated = run.info.source in SIMULATED_SOURCES
-    return simulated and run.outcome.own_cost - sum(action.cost for action in run.actions) > NEAR_COST
+    return simulated and run.outcome.own_cost - sum(action.cost for action in run.actions) > NEAR_LOGGED_SUM
 
 
 def _first_looks_lost(run: Run, *, certain: bool) -> frozenset[str]:

@@ -20,7 +20,7 @@ from mcap.records import Attachment, DataEnd, Metadata
 from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.multi_run import NoRunInLog, SeveralRuns, run_and_name
-from replayers.log_tools.recovered import RECOVERED_METADATA, Recovered
+from replayers.log_tools.recovered import RECOVERED_METADATA, Lost, Recovered
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
@@ -69,6 +69,7 @@ class Run:
         outcome: None where the recording stopped short of it.
         closed: the file has its end, as a recorder that was not killed writes it.
         complete: the log was closed properly and holds its outcome.
+        ended: its data were read to the record that ends them; a file that is cut off after it lost its index alone.
         damage: places where the file could not be read; empty for a log that is whole or was merely cut off.
         corrections: what people say was there although no look showed it (lios log note --seen).
         part: the number of this file among the parts of a recording, from 0; empty for a log that was not split.
@@ -96,6 +97,7 @@ class Run:
     """(log time, foxglove.PoseInFrame as bytes) of /robot/pose, decoded when a table asks for them."""
     closed: bool = False
     complete: bool = False
+    ended: bool = False
     damage: tuple[Damage, ...] = ()
     corrections: tuple[Correction, ...] = ()
     part: str = ""
@@ -103,6 +105,12 @@ class Run:
     recovered: Recovered | None = None
     sha256_read: str = ""
     """Hash of the part of a growing file that was read; empty for a file that was read to its end."""
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether the log, or the one that it was recovered from, ends early."""
+        copied = self.recovered is not None and self.recovered.lost is Lost.END
+        return copied or not (self.closed or self.ended)
 
     def __repr__(self) -> str:
         """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
@@ -213,9 +221,11 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
     content = ChunkMessages(topics=found.wants, on_damage=found.damage.append)
     with open_log(path) as stream:
         index, closed = read_index(stream), is_closed(stream)
+        ended = index is not None
         if index is None:
             for offset, record in scan(stream, path=path, on_damage=found.damage.append):
                 if isinstance(record, DataEnd):
+                    ended = True
                     break
                 found.take(record)
                 found.extend(content.messages_of(offset, record))
@@ -226,7 +236,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
             for offset in wanted_chunks(index, found.wants):
                 chunk = record_at(stream, offset, on_damage=found.damage.append)
                 found.extend(content.messages_of(offset, chunk))
-    return found.run(closed=closed)
+    return found.run(closed=closed, ended=ended)
 
 
 _place = lru_cache(maxsize=8)(place_from_json)
@@ -297,11 +307,12 @@ class RunBuilder:
             self.skipped[topic] = self.skipped.get(topic, 0) + sequence - expected
         self.expected[topic] = sequence + 1
 
-    def run(self, *, closed: bool, sha256_read: str = "") -> Run:
+    def run(self, *, closed: bool, ended: bool = False, sha256_read: str = "") -> Run:
         """The run as far as it was read.
 
         Args:
             closed: whether the file has its end.
+            ended: whether its data were read to their end.
             sha256_read: hash of what was read, of a file that still grows; empty to hash the file when asked.
 
         Raises:
@@ -334,7 +345,8 @@ class RunBuilder:
             raw_poses=tuple(self.poses),
             corrections=tuple(self.corrections),
             closed=closed,
-            complete=closed and outcome is not None,
+            complete=(closed or ended) and outcome is not None,
+            ended=ended,
             damage=tuple(self.damage),
             part=self.part,
             skipped=MappingProxyType({topic: count for topic, count in self.skipped.items() if count}),

@@ -11,11 +11,10 @@ Royal Statistical Society B 86(1), 2024, Sec. 4 (the bets are its approximate GR
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
+from workbench.arrays import Floats
 from workbench.tolerances import DEGENERATE, ROUNDING
-
-Floats = npt.NDArray[np.float64]
 
 MAX_BET = 0.75
 """The share of what a bet could lose at worst."""
@@ -27,7 +26,7 @@ GRID = np.linspace(-1.0, 1.0, 401)
 """Candidate means; limits are rounded outwards to them."""
 
 
-def lower_limits(values: npt.ArrayLike, *, alpha: float) -> Floats:
+def lower_limits(values: ArrayLike, *, alpha: float) -> Floats:
     """After each value, the greatest mean m of the grid such that the true mean is above m; -1 for none.
 
     Args:
@@ -49,7 +48,7 @@ def lower_limits(values: npt.ArrayLike, *, alpha: float) -> Floats:
     return np.where(highest > 0, GRID[np.maximum(highest - 1, 0)], -1.0)
 
 
-def log_capitals(values: npt.ArrayLike) -> Floats:
+def log_capitals(values: ArrayLike) -> Floats:
     """The logarithm of the capital against each candidate mean of GRID after each value, shape (trials, means)."""
     x = np.asarray(values, dtype=np.float64)
     if np.any(~np.isfinite(x)) or np.any(np.abs(x) > 1 + ROUNDING):

@@ -15,13 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.selection.betting import lower_limits
 from replayers.selection.trial_costs import TrialCosts
+from workbench.arrays import Floats
 from workbench.tolerances import NEAR_COST
 
-Floats = npt.NDArray[np.float64]
 NEAR = NEAR_COST
 
 

@@ -15,13 +15,11 @@ from math import log, sqrt
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.selection.elimination import eliminated_by_proof
 from replayers.selection.trial_costs import TrialCosts
+from workbench.arrays import Floats
 from workbench.tolerances import RELATIVE
-
-Floats = npt.NDArray[np.float64]
 
 Selector = Callable[[Sequence[TrialCosts], Sequence[str], np.random.Generator], int]
 """Given the trials so far, each with the strategy that was driven, the index of the one to drive next."""

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from math import inf, nan
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.batch.compare import cost_difference
 from replayers.batch.store import StoredReplay
+from workbench.arrays import Bools, Floats
 from workbench.tolerances import NEAR_COST
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +56,7 @@ class TrialCosts:
         return np.clip(np.where(np.isnan(self.estimate), middle, self.estimate), self.lower, self.upper)
 
     @property
-    def exact(self) -> npt.NDArray[np.bool_]:
+    def exact(self) -> Bools:
         """Whose cost is certain, shape (K,)."""
         return self.upper - self.lower <= NEAR_COST
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replayers.sites.graph_lengths import lengths_between
-from replayers.sites.survey_draft import MARGIN_M, NothingToDraft, SiteDraft, Stop
+from replayers.sites.survey_draft import MARGIN_M, DraftStop, NothingToDraft, SiteDraft
 from workbench.arrays import Bools, Floats
 from workbench.errors import MissingExtra
 from workbench.worlds.geometry import Pose
@@ -139,8 +139,8 @@ def _chained(graph: Graph, start: str) -> Poses:
     return poses
 
 
-def _stops(waypoints: list[Waypoint], poses: Poses) -> tuple[Stop, ...]:
-    stops: list[Stop] = []
+def _stops(waypoints: list[Waypoint], poses: Poses) -> tuple[DraftStop, ...]:
+    stops: list[DraftStop] = []
     taken = {"start"}
     for waypoint in waypoints:
         base = re.sub(r"\W+", "_", waypoint.annotations.name).strip("_")[:100] or "waypoint"
@@ -148,7 +148,7 @@ def _stops(waypoints: list[Waypoint], poses: Poses) -> tuple[Stop, ...]:
         while name in taken:
             name, number = f"{base}_{number}", number + 1
         taken.add(name)
-        stops.append(Stop(name=name, pose=_pose(poses[waypoint.id]), seconds=0.0, waypoint=waypoint.id))
+        stops.append(DraftStop(name=name, pose=_pose(poses[waypoint.id]), seconds=0.0, waypoint=waypoint.id))
     return tuple(stops)
 
 

@@ -53,7 +53,7 @@ class NothingToDraft(Unsupported):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stop:
+class DraftStop:
     """A place at which the robot stood still."""
 
     name: str
@@ -78,7 +78,7 @@ class SiteDraft:
     """
 
     start: Pose
-    stops: tuple[Stop, ...]
+    stops: tuple[DraftStop, ...]
     metres: Floats
     tags: dict[int, tuple[float, float, float]]
     corners: tuple[Point, Point]
@@ -135,7 +135,7 @@ def draft_site(path: Path, *, map_tags: frozenset[int] = frozenset()) -> SiteDra
     )
 
 
-def _at_a_stop(tag: tuple[float, float, float], stops: Iterable[Stop]) -> bool:
+def _at_a_stop(tag: tuple[float, float, float], stops: Iterable[DraftStop]) -> bool:
     """Whether a tag is where an item can be: within an arm's reach of a place at which the robot stood, and ahead."""
     for stop in stops:
         dx, dy = tag[0] - stop.pose.x_m, tag[1] - stop.pose.y_m
@@ -185,7 +185,7 @@ def _as_file(draft: SiteDraft, name: str) -> dict[str, object]:
     }
 
 
-def _container_entry(stop: Stop) -> dict[str, object]:
+def _container_entry(stop: DraftStop) -> dict[str, object]:
     yaw = stop.pose.yaw_rad
     ahead = Pose(x_m=stop.pose.x_m + cos(yaw) * AHEAD_M, y_m=stop.pose.y_m + sin(yaw) * AHEAD_M)
     return {
@@ -244,7 +244,7 @@ def _yaw(q: Quaternion) -> float:
     return atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
 
 
-def _stops(heard: _SessionData, plan: FloorPlan) -> tuple[Stop, ...]:
+def _stops(heard: _SessionData, plan: FloorPlan) -> tuple[DraftStop, ...]:
     """Where the robot stood for DWELL_S, revisited places counted once; the first pose is the start."""
     found: list[tuple[Pose, int, int]] = []
     first = 0
@@ -255,14 +255,14 @@ def _stops(heard: _SessionData, plan: FloorPlan) -> tuple[Stop, ...]:
         if heard.stamps[i - 1] - heard.stamps[first] >= DWELL_S * NANO:
             found.append((heard.poses[(first + i - 1) // 2], heard.stamps[first], heard.stamps[i - 1]))
         first = i
-    stops: list[Stop] = []
+    stops: list[DraftStop] = []
     for pose, began, ended in found:
         if _apart(pose, heard.poses[0]) < SAME_PLACE_M or any(_apart(pose, s.pose) < SAME_PLACE_M for s in stops):
             continue
         name, kind = _known_as(pose, plan, len(stops) + 1)
         waypoints = [name for stamp, name in heard.waypoints if began <= stamp <= ended and name]
         stops.append(
-            Stop(
+            DraftStop(
                 name=name,
                 kind=kind,
                 pose=pose,

@@ -18,7 +18,7 @@ import pandas as pd
 from recorders.mcap_io.file import CannotCreate
 from replayers.log_tools.copy_log import NoDiskSpace
 from replayers.tables.arrow import pa
-from replayers.tables.frames import LogSource, Problem, Tables
+from replayers.tables.frames import LogSource, Tables, UnreadableLog
 from replayers.tables.schemas import SCHEMAS
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
 from workbench.files import draft_path, remove_abandoned_drafts
@@ -32,7 +32,7 @@ PARTITIONS = ("place", "scenario", "strategy", "source", "run_id")
 class NothingToExport(Malformed):
     """None of the logs could be read; nothing was written."""
 
-    def __init__(self, problems: Sequence[Problem]) -> None:
+    def __init__(self, problems: Sequence[UnreadableLog]) -> None:
         more = f" {len(problems) - 1} more could not be read." if len(problems) > 1 else ""
         super().__init__(f"nothing to export: {problems[0].reason}{more}")
 
@@ -49,7 +49,7 @@ class Exported:
 
     folder: Path
     rows: dict[str, int]
-    problems: tuple[Problem, ...]
+    problems: tuple[UnreadableLog, ...]
 
 
 def table_names(names: Iterable[str]) -> tuple[str, ...]:

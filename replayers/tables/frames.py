@@ -39,7 +39,7 @@ from workbench.terminal import counted
 if TYPE_CHECKING:
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
-__all__ = ["LogSource", "NoLogs", "Problem", "RunSource", "Tables", "find_logs", "read_many"]
+__all__ = ["LogSource", "NoLogs", "RunSource", "Tables", "UnreadableLog", "find_logs", "read_many"]
 
 
 KEPT_BYTES = 16 << 20
@@ -48,7 +48,7 @@ _OF_TABLES = frozenset({*TOPICS, POSE_TOPIC} - {TRUTH_TOPIC})
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class UnreadableLog:
     """A log that could not be read, and why."""
 
     path: str
@@ -66,7 +66,7 @@ class Tables:
     """
 
     sources: Sequence[Source]
-    problems: list[Problem] = field(default_factory=list)
+    problems: list[UnreadableLog] = field(default_factory=list)
 
     def __repr__(self) -> str:
         """One line, as a notebook shows it."""
@@ -136,7 +136,7 @@ class Tables:
                 part = BUILDERS[name](source)
             except (LiosError, OverflowError) as error:
                 reason = str(error) if isinstance(error, LiosError) else f"{source.log}: a number beyond 64 bits"
-                problem = Problem(source.log, reason)
+                problem = UnreadableLog(source.log, reason)
                 if problem not in self.problems:
                     self.problems.append(problem)
             else:

@@ -14,15 +14,15 @@ import pytest
 from chat_server import ChatServer, Reply, chat_server, completion, held
 
 from workbench.beliefs.asking.chat_client import MAX_REPLY_BYTES, complete
-from workbench.beliefs.asking.prompt_file import Endpoint, Prompt
+from workbench.beliefs.asking.prompt_file import ChatEndpoint, Prompt
 from workbench.beliefs.guarded_estimator import EstimatorFailed
 
 PROMPT = Prompt(stem="rooms", model="toy-1", text="{item} {containers}", temperature=0.5, max_tokens=7)
 
 
-def at(server: ChatServer | str, *, timeout_s: float = 60.0, key_env: str = "") -> Endpoint:
+def at(server: ChatServer | str, *, timeout_s: float = 60.0, key_env: str = "") -> ChatEndpoint:
     url = server if isinstance(server, str) else server.url
-    return Endpoint(url=url, timeout_s=timeout_s, key_env=key_env, file="rooms.prompt")
+    return ChatEndpoint(url=url, timeout_s=timeout_s, key_env=key_env, file="rooms.prompt")
 
 
 def test_it_sends_what_the_prompt_says_and_returns_the_text() -> None:

@@ -27,7 +27,7 @@ from dashboards.viser_app import session as session_module
 from dashboards.viser_app.panel import controls
 from dashboards.viser_app.server import Dashboard
 from dashboards.viser_app.serving import open_dashboard
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 
 ROOT = Path(__file__).parents[2]
 LOGS = [ROOT / "logs" / f"find-{name}.mcap" for name in ("lios", "greedy", "conditioned-lios")]
@@ -70,7 +70,7 @@ class Visitor(threading.Thread):
 class Player:
     """Lets a session play without rest, by as much from moment to moment as at the usual speed."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: BrowserSession) -> None:
         self.moments = 0
         self._session, self._step_s = session, 1 / session_module.FRAMES_A_SECOND
         session_module.FRAMES_A_SECOND = 1e9
@@ -86,7 +86,7 @@ class Player:
             time.sleep(0.05)
 
 
-def arrived(dashboard: Dashboard) -> Session:
+def arrived(dashboard: Dashboard) -> BrowserSession:
     """The session of the visitor."""
     until = time.monotonic() + 60
     while time.monotonic() < until:

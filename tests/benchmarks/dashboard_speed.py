@@ -42,6 +42,9 @@ REPEATS, STEPS = int(os.environ.get("LIOS_REPEATS", "3")), 12
 PLAYED_S, MINUTE_S = 5.0, float(os.environ.get("LIOS_MINUTE_S", "60"))
 THREE = [f"find-{name}" for name in ("lios", "greedy", "conditioned-lios")]
 DRAWS = "window.__viserTestpoints.rendererInfo.render.calls"
+DRAWN = """() => window.__viserTestpoints?.rendererInfo.render.triangles > 2000
+  && document.querySelector('canvas[data-engine]')?.clientWidth > 300
+  && window.__viserMutable.scene.visible"""
 WATCH = """() => new Promise((done) => {
   const words = () => [...document.querySelectorAll('.lp p')].map((p) => p.innerText)
     .find((t) => /^Decision \\d+ of/.test(t));
@@ -82,10 +85,10 @@ def served(build: Path, logs: list[Path]) -> Iterator[tuple[str, psutil.Process]
             process.terminate()
 
 
-def spent(server: psutil.Process) -> float:
+def spent(server: psutil.Process | None) -> float:
     """Processor seconds of a server and of the browser so far."""
     total = 0.0
-    for process in (server, *psutil.Process().children(recursive=True)):
+    for process in ([server] if server else []) + psutil.Process().children(recursive=True):
         try:
             if process == server or "chrom" in process.name().lower():
                 used = process.cpu_times()
@@ -102,16 +105,17 @@ def drawn(page: Page) -> bool:
     return len(np.unique(part, axis=0)) > 200
 
 
-def opened(browser: Browser, address: str) -> tuple[Page, float]:
-    """A page, and the seconds to its first picture."""
+def opened(browser: Browser, address: str, server: psutil.Process | None = None) -> tuple[Page, float, float]:
+    """A page, the seconds to its first picture, and the processor seconds of browser and server until then."""
     page = browser.new_page(viewport={"width": 1000, "height": 700})
     page.set_default_timeout(120_000)
-    began = time.perf_counter()
+    before, began = spent(server), time.perf_counter()
     page.goto(address)
     page.locator(".lp .facts").wait_for()
-    while not drawn(page):
-        pass
-    return page, time.perf_counter() - began
+    page.wait_for_function(DRAWN, polling=20)
+    took_s, used_s = time.perf_counter() - began, spent(server) - before
+    assert drawn(page), "the house is not in the picture"
+    return page, took_s, used_s
 
 
 def step_ms(page: Page) -> float:
@@ -136,9 +140,7 @@ def measured(browser: Browser, build: Path, logs: list[Path], many: list[Path]) 
     """One turn of a build."""
     found: dict[str, float] = {}
     with served(build, logs) as (address, server):
-        before = spent(server)
-        page, found["first picture s"] = opened(browser, address)
-        found["first picture, processor s"] = spent(server) - before
+        page, found["first picture s"], found["first picture, processor s"] = opened(browser, address, server)
         page.wait_for_timeout(3000)
         page.keyboard.press("Home")
         page.wait_for_timeout(1000)
@@ -152,7 +154,7 @@ def measured(browser: Browser, build: Path, logs: list[Path], many: list[Path]) 
         found["draw calls of 3"] = page.evaluate(DRAWS)
         page.close()
     with served(build, many) as (address, _):
-        page, found["first picture of 20 s"] = opened(browser, address)
+        page, found["first picture of 20 s"], _ = opened(browser, address)
         page.wait_for_timeout(1500)
         found["frames/s of 20"] = frame_rate(page)
         found["draw calls of 20"] = page.evaluate(DRAWS)
@@ -163,7 +165,7 @@ def measured(browser: Browser, build: Path, logs: list[Path], many: list[Path]) 
 def memory_mb(browser: Browser, build: Path, logs: list[Path]) -> tuple[float, float]:
     """Memory of the server after one and after three minutes of playing at 16 times the speed."""
     with served(build, logs) as (address, process):
-        page, _ = opened(browser, address + "&tab=View")
+        page, _, _ = opened(browser, address + "&tab=View")
         page.get_by_role("tab", name="View", exact=True).click()
         page.get_by_text("Loop", exact=True).click()
         page.locator("input[value='1×']").click()

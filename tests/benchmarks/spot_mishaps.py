@@ -97,6 +97,7 @@ def apply_fault(mishap: Mishap, log: Path) -> Told:
             "paper_home",
         ]
         how = ["--strategy", "pes-greedy", "--estimator", "counts", "--own-estop", "--furniture-open", "--look", "1"]
+        how += ["--stop-within", "2"]  # the body is five times as fast, the network is not
         command = [*LIOS, "spot", "run", *there, *how, *mishap.options, "--force", "-o", str(log)]
         login = {"BOSDYN_CLIENT_USERNAME": "user", "BOSDYN_CLIENT_PASSWORD": "simulated"}
         process = subprocess.Popen(

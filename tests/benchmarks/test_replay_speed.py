@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 from timings import HOLD_FIGURES
 
-from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from replayers.batch.replay_all import ReplayRequest, replay_log, strategies_named
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.replay import ReplaySettings
@@ -47,7 +47,7 @@ COMMAND = ("-m", "workbench", "replay", "--workers", "2", "--json")
 @pytest.mark.parametrize("house", HOUSES)
 def test_every_strategy_over_one_deliver_3_log(tmp_path: Path, benchmark: Any, house: int) -> None:
     trial = trial_for(
-        TaskRequest(scenario="deliver-3"),
+        RequestedTask(scenario="deliver-3"),
         load_house(f"{shipped_houses()}:{house}"),
         strategy="model-lios",
         estimator="counts",

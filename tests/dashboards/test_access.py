@@ -369,13 +369,18 @@ def test_servers_of_others_are_left_as_they_are() -> None:
     assert websockets_server.serve is before
 
 
-@pytest.mark.parametrize("encoding", ["gzip", "identity"])
-def test_our_script_runs_before_visers(dashboard: Dashboard, encoding: str) -> None:
+@pytest.mark.parametrize(("near", "encoding"), [(False, "gzip"), (False, "identity"), (True, "identity")])
+def test_our_script_runs_before_visers_and_pages_are_packed_for_others_only(
+    dashboard: Dashboard, near: bool, encoding: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("dashboards.viser_app.guarded_server.is_loopback", lambda _host: near)
+    asked = "gzip" if near else encoding
     for _ in range(2):  # the second time from memory
-        request = urllib.request.Request(dashboard.url, headers={"Accept-Encoding": encoding})
+        request = urllib.request.Request(dashboard.url, headers={"Accept-Encoding": asked})
         request.add_header("Cookie", f"lios-dashboard-{dashboard.server.get_port()}={dashboard.token}")
         with urllib.request.urlopen(request, timeout=30) as answer:
             body = answer.read()
             assert int(answer.headers["Content-Length"]) == len(body)
-            page = (gzip.decompress(body) if answer.headers["Content-Encoding"] == "gzip" else body).decode()
+            assert answer.headers["Content-Encoding"] == encoding
+            page = (gzip.decompress(body) if encoding == "gzip" else body).decode()
         assert page.index("<script") == page.index("<script>" + resource("viser_app/head.js"))

@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from chromium import chromium, open_view, wait_for_second
+from chromium import chromium, open_view, until_still, wait_for_second
 from playwright.sync_api import Browser, Page, expect
 from sample_logs import record_run, toy_events, toy_info, toy_options, write_toy_log
 
@@ -106,6 +106,47 @@ def test_a_link_that_follows_shows_the_robot_and_not_the_whole_house(browser: Br
         "([x, y]) => { const at = new URLSearchParams(location.search).get('initialCameraLookAt')?.split(',');"
         " return at && Math.hypot(at[0] - x, at[1] - y) < 0.05; }",
         arg=[robot.x_m, robot.y_m],
+    )
+    page.close()
+    dashboard.stop()
+
+
+def test_a_change_is_drawn_once_and_not_for_as_long_as_it_might_settle(browser: Browser, logs: list[Path]) -> None:
+    dashboard = open_dashboard(logs, port=0)
+    page = open_view(browser, dashboard.link())
+    page.wait_for_function("window.liosDrawn === true")
+    until_still(page, "window.__viserTestpoints.rendererInfo.render.triangles")
+    drawn, passed_ms = page.evaluate(
+        """async () => {
+          const frames = () => window.__viserTestpoints.rendererInfo.render.frame;
+          const [before, began] = [frames(), performance.now()];
+          window.__viserMutable.requestRender();
+          for (let i = 0; i < 6; i++) await new Promise((done) => requestAnimationFrame(done));
+          return [frames() - before, performance.now() - began];
+        }"""
+    )
+    assert drawn <= 2 + passed_ms / 250, "one at once; others are due after a quarter of a second"
+    page.close()
+    dashboard.stop()
+
+
+def test_pictures_are_fetched_and_only_the_panorama_is_not(browser: Browser, logs: list[Path]) -> None:
+    dashboard = open_dashboard(logs, port=0)
+    page = open_view(browser, dashboard.link())
+    size = page.evaluate(
+        "fetch('data:image/jpeg;base64,' + 'A'.repeat(100000)).then((answer) => answer.arrayBuffer())"
+        ".then((bytes) => bytes.byteLength)"
+    )
+    assert size == 75000
+    page.close()
+    dashboard.stop()
+
+
+def test_planned_paths_come_after_the_first_picture(browser: Browser, logs: list[Path]) -> None:
+    dashboard = open_dashboard(logs, port=0)
+    page = open_view(browser, dashboard.link())
+    page.wait_for_function(
+        "window.liosDrawn && window.__viserSceneTree.getState()['/runs/focus/ahead']?.effectiveVisibility"
     )
     page.close()
     dashboard.stop()

@@ -11,7 +11,7 @@ from toy import COUNTER, FRIDGE
 from toy_run import empty_run, named_run, ns, other_run, toy_run
 
 from dashboards.model.clock import ALIGNMENTS, Clock
-from dashboards.model.replay_bounds import Counterfactual
+from dashboards.model.replay_bounds import ReplayBounds
 from dashboards.model.run_names import run_names
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import Timeline, timeline_of
@@ -138,7 +138,7 @@ def test_comparison_jumps_to_where_runs_part() -> None:
 
 
 def test_comparison_shows_bounds_where_the_log_does_not_decide() -> None:
-    known = Counterfactual(lower=6.0, upper=31.0, exact=False, estimate=12.0, interval90=(7.0, 20.0))
+    known = ReplayBounds(lower=6.0, upper=31.0, exact=False, estimate=12.0, interval90=(7.0, 20.0))
     clock = Clock(timelines=(OURS, timeline_of(other_run(), counterfactual=known)))
     scenes = [scene_at(t, s) for t, s in zip(clock.timelines, clock.stamps(15), strict=True)]
     assert "6.0 to 31.0" in comparison(clock, scenes, ["lios", "greedy"])

@@ -11,13 +11,13 @@ from dashboards.model.clock import Clock
 from dashboards.model.run_events import run_events
 from dashboards.model.timeline import timeline_of
 from dashboards.panels.events import MAX_ROWS, events
-from replayers.log_tools.notes import Note
+from replayers.log_tools.notes import RunNote
 
 OURS = timeline_of(toy_run())
 
 
-def _note(second: float, text: str, author: str = "") -> Note:
-    return Note(text=text, start_ns=ns(second), end_ns=ns(second), author=author)
+def _note(second: float, text: str, author: str = "") -> RunNote:
+    return RunNote(text=text, start_ns=ns(second), end_ns=ns(second), author=author)
 
 
 def test_all_that_happened_is_told_in_order() -> None:

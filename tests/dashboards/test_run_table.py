@@ -12,7 +12,7 @@ from dashboards.library.library import Library
 from dashboards.library.run_table import NO_LOG, NotRecorded, log_rows
 from dashboards.panels.runs import runs
 from dashboards.panels.scatter import default_pair, scatter
-from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from workbench.errors import MalformedFile
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
@@ -123,7 +123,7 @@ def test_a_folder_is_listed_without_reading_a_run(tmp_path: Path, monkeypatch: p
     monkeypatch.setenv("LIOS_CACHE", str(tmp_path / "cache"))
     house = load_house(f"{shipped_houses()}:1")
     for strategy in ("model-lios", "opt-greedy"):
-        trial = trial_for(TaskRequest(find="book"), house, strategy=strategy, estimator="counts")
+        trial = trial_for(RequestedTask(find="book"), house, strategy=strategy, estimator="counts")
         record_trial(trial, tmp_path / "logs" / f"{strategy}.mcap")
     (tmp_path / "logs" / "broken.mcap").write_bytes(b"not a log")
     monkeypatch.setattr("replayers.runs.run.read", lambda *a, **k: pytest.fail("a run was read for the table"))

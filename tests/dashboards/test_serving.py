@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sample_logs import write_toy_log
 
-from dashboards.library.library import Library, NoLogs, logs_of
+from dashboards.library.library import Library, NoLogsInFolder, logs_of
 from dashboards.viser_app.bridge import address, execute_command, parse_query
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import CannotListen, Dashboard, PortInUse
@@ -62,7 +62,7 @@ def test_numbers_out_of_range_are_refused(log: Path, port: int, at: float) -> No
 def test_missing_and_empty_are_refused(tmp_path: Path) -> None:
     with pytest.raises(FileMissing):
         open_dashboard([tmp_path / "no.mcap"], port=0)
-    with pytest.raises(NoLogs, match=r"no \.mcap logs"):
+    with pytest.raises(NoLogsInFolder, match=r"no \.mcap logs"):
         open_dashboard([tmp_path], port=0)
 
 

@@ -20,7 +20,7 @@ from dashboards.viser_app import fitted_camera
 from dashboards.viser_app.bridge import execute_command, parse_query
 from dashboards.viser_app.cameras import CameraPose
 from dashboards.viser_app.panel.options import Options
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from workbench.errors import BadValue
 
@@ -39,8 +39,8 @@ class Client(SimpleNamespace):
         self.told.append(f"{title}: {words}")
 
 
-def session(**state: Any) -> Session:
-    made = Session(Client(), Library([SAMPLES]), ViewState(runs=(0,), **state))  # type: ignore[arg-type]
+def session(**state: Any) -> BrowserSession:
+    made = BrowserSession(Client(), Library([SAMPLES]), ViewState(runs=(0,), **state))  # type: ignore[arg-type]
     made.clock = CLOCK
     made._show_room_names = lambda: None  # type: ignore[method-assign]  # it asks the browser for its camera
     return made
@@ -49,7 +49,7 @@ def session(**state: Any) -> Session:
 class SlowClock(SimpleNamespace):
     """A clock that a person's seek falls into: while the view works out its next moment."""
 
-    def __init__(self, of: Session) -> None:
+    def __init__(self, of: BrowserSession) -> None:
         super().__init__(timelines=CLOCK.timelines)
         self._session = of
         self.seeking: threading.Thread | None = None
@@ -201,7 +201,7 @@ def test_a_camera_that_never_gets_where_it_is_put_is_left_in_peace(monkeypatch: 
 def test_a_browser_that_leaves_while_its_view_settles_leaves_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     made = session()
     monkeypatch.setattr(made, "_show", lambda: None)
-    made.settlers.append(Session.stop)
+    made.settlers.append(BrowserSession.stop)
     made._thread.start()
     made._thread.join(timeout=60)
     assert not made._thread.is_alive()
@@ -212,7 +212,7 @@ def test_a_camera_that_moves_while_the_view_settles_settles_anew(monkeypatch: py
     monkeypatch.setattr(made, "_show", lambda: None)
     settled: list[int] = []
 
-    def settle(of: Session) -> None:
+    def settle(of: BrowserSession) -> None:
         settled.append(len(settled))
         of.stop() if len(settled) == 2 else of.mark_unsettled()
 

@@ -18,7 +18,7 @@ from dashboards.model.clock import Clock
 from dashboards.model.timeline import timeline_of
 from dashboards.panels.markup import error_line
 from dashboards.viser_app.panel.controls import Controls
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from dashboards.viser_app.view_errors import ViewErrors
 from dashboards.viser_app.view_state import ViewState
 from workbench.errors import BadValue
@@ -26,12 +26,12 @@ from workbench.errors import BadValue
 SAMPLES = Path(__file__).parents[2] / "logs"
 
 
-def session() -> Session:
+def session() -> BrowserSession:
     told: list[str] = []
     client: Any = SimpleNamespace(
         client_id=3, scene=SimpleNamespace(), add_notification=lambda title, words, **_: told.append(words), told=told
     )
-    made = Session(client, Library([SAMPLES]), ViewState(runs=(0,)))
+    made = BrowserSession(client, Library([SAMPLES]), ViewState(runs=(0,)))
     made.clock = Clock(timelines=(timeline_of(toy_run()),))
     made._show_room_names = lambda: None  # type: ignore[method-assign]  # it asks the browser for its camera
     return made

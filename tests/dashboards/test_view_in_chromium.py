@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, Page
 
 from dashboards.viser_app.server import Dashboard
 from dashboards.viser_app.serving import open_dashboard
-from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
 
@@ -38,7 +38,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     house = load_house(f"{shipped_houses()}:1")
     made: list[Path] = []
     for strategy in ("model-lios", "opt-greedy"):
-        trial = trial_for(TaskRequest(find="book"), house, strategy=strategy, estimator="counts")
+        trial = trial_for(RequestedTask(find="book"), house, strategy=strategy, estimator="counts")
         path = folder / f"{strategy}.mcap"
         record_trial(trial, path)
         made.append(path)

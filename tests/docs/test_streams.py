@@ -83,7 +83,7 @@ def test_no_cache_means_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setenv("LIOS_CACHE", "off")
     assert cache_folder() is None
     done = subprocess.run(
-        [str(Path(sys.executable).parent / "lios"), "list", str(LOG.parent)],
+        [str(Path(sys.executable).parent / "lios"), "list", str(LOG)],
         cwd=tmp_path,
         capture_output=True,
         check=True,

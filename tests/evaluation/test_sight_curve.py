@@ -36,6 +36,7 @@ from workbench.worlds.sight.sightings import PassingWays
 COSTS = ActionCosts(search=1.0)
 
 
+@pytest.mark.ci_but(8)
 @pytest.mark.parametrize("name", ["greedy", "conditioned-lios", "sight-lios"])
 @pytest.mark.parametrize(("house", "radius_m"), [(toy_house(), 0.9), (toy_house(), 2.5), (None, 2.5)])
 def test_a_search_costs_what_the_closed_loop_costs(name: str, house: House | None, radius_m: float) -> None:

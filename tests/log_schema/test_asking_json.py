@@ -7,7 +7,7 @@ import pytest
 
 from workbench.beliefs.asking.answered_estimator import answered
 from workbench.beliefs.asking.chat import ChatQuestions
-from workbench.beliefs.asking.prompt_file import Endpoint, Prompt
+from workbench.beliefs.asking.prompt_file import ChatEndpoint, Prompt
 from workbench.beliefs.asking.state_questions import StateQuestions
 from workbench.beliefs.estimators import estimator
 from workbench.log_schema.asking_json import SETTING, AskingKind, asking_from_settings, estimator_to_settings
@@ -17,7 +17,7 @@ PROMPT = Prompt(stem="rooms", model="m", text="{item} {containers} {seen}", temp
 
 
 def test_a_prompt_is_kept_and_where_to_ask_is_not() -> None:
-    chat = ChatQuestions(prompt=PROMPT, endpoint=Endpoint(url="http://secret:1/v1", key_env="OUR_KEY"))
+    chat = ChatQuestions(prompt=PROMPT, endpoint=ChatEndpoint(url="http://secret:1/v1", key_env="OUR_KEY"))
     entry = estimator_to_settings(answered(chat, may_ask=True))
     assert b"secret" not in msgspec.json.encode(entry)
     assert b"OUR_KEY" not in msgspec.json.encode(entry)

@@ -14,7 +14,7 @@ from workbench.planning.solvers.fast_downward import FastDownward
 from workbench.planning.solvers.outcomes import without_plan
 from workbench.planning.solvers.pddl import pddl_of
 from workbench.planning.solvers.registry import EngineRefused, installed_solver, solver_of_extra
-from workbench.planning.solvers.subprocess_limits import Answer, Exit, MemoryLimit, java_heap, run_program
+from workbench.planning.solvers.subprocess_limits import Exit, MemoryLimit, ProgramResult, java_heap, run_program
 from workbench.planning.solvers.unified_planning_child import is_proof
 from workbench.plugins import NameOrigin
 
@@ -34,13 +34,13 @@ from workbench.plugins import NameOrigin
     ],
 )
 def test_only_a_proof_says_that_no_plan_exists(code: int, status: PlanStatus, said: str) -> None:
-    made = without_plan(Answer(exit=Exit.ENDED, code=code, output="last words\n\n"), solver="x", program="it")
+    made = without_plan(ProgramResult(exit=Exit.ENDED, code=code, output="last words\n\n"), solver="x", program="it")
     assert made.status is status
     assert said in made.note
 
 
 def test_a_crash_with_the_number_of_a_proof_is_a_crash() -> None:
-    assert without_plan(Answer(exit=Exit.CRASHED, code=-11), solver="x", program="it").status is (
+    assert without_plan(ProgramResult(exit=Exit.CRASHED, code=-11), solver="x", program="it").status is (
         PlanStatus.SOLVER_FAILED
     )
 

@@ -12,7 +12,7 @@ import pytest
 from recorders.mcap_io.channels import ChannelSpec
 from recorders.mcap_io.file import LogInUse, lock_file
 from recorders.mcap_io.writer import DiskFull
-from recorders.sinks.files import PART_METADATA, LogFiles, Split
+from recorders.sinks.files import PART_METADATA, LogFiles, SplitLimits
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from replayers.mcap_io.reader import attachment, messages, metadata
@@ -31,7 +31,7 @@ def _data(path: Path, topic: str) -> list[bytes]:
 
 
 def test_parts_follow_each_other_without_a_gap_and_repeat_what_stands(tmp_path: Path):
-    files = LogFiles(tmp_path / "a.mcap", split=Split(part_bytes=5000), chunk_bytes=1000, compression="")
+    files = LogFiles(tmp_path / "a.mcap", split=SplitLimits(part_bytes=5000), chunk_bytes=1000, compression="")
     files.attach("place.json", "application/json", b"{}", log_time=1)
     files.describe("lios.run", {"run_id": "r"})
     files.write(MAP, b"the map", log_time=1)
@@ -51,7 +51,7 @@ def test_parts_follow_each_other_without_a_gap_and_repeat_what_stands(tmp_path: 
 
 
 def test_a_part_ends_by_time(tmp_path: Path):
-    files = LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0))
+    files = LogFiles(tmp_path / "a.mcap", split=SplitLimits(part_s=1.0))
     for i in range(30):
         files.write(CAMERA, b"x", log_time=i * NANO // 10)
     files.close()
@@ -60,9 +60,9 @@ def test_a_part_ends_by_time(tmp_path: Path):
 
 def test_a_split_of_nothing_is_refused():
     with pytest.raises(BadValue):
-        Split(part_bytes=0)
+        SplitLimits(part_bytes=0)
     with pytest.raises(BadValue):
-        Split(part_s=-1.0)
+        SplitLimits(part_s=-1.0)
 
 
 def test_parts_of_an_earlier_log_stop_nothing_midway(tmp_path: Path):
@@ -70,11 +70,11 @@ def test_parts_of_an_earlier_log_stop_nothing_midway(tmp_path: Path):
     left_over = tmp_path / "a_0003.mcap"
     left_over.write_bytes(b"mine")
     with pytest.raises(OutputExists, match="a_0003"):
-        LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0))
+        LogFiles(tmp_path / "a.mcap", split=SplitLimits(part_s=1.0))
     assert list(tmp_path.iterdir()) == [left_over]
     LogFiles(tmp_path / "a.mcap").close()
-    LogFiles(tmp_path / "b.mcap", split=Split(part_s=1.0)).close()
-    files = LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0), force=True)
+    LogFiles(tmp_path / "b.mcap", split=SplitLimits(part_s=1.0)).close()
+    files = LogFiles(tmp_path / "a.mcap", split=SplitLimits(part_s=1.0), force=True)
     for i in range(40):
         files.write(CAMERA, b"x", log_time=i * NANO // 10)
     files.close()
@@ -86,7 +86,7 @@ def test_a_shorter_log_in_place_of_a_longer_one_leaves_no_part_of_it(tmp_path: P
     year = tmp_path / "a_2024.mcap"
     year.write_bytes(b"mine")
     for seconds in (40, 20):
-        files = LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0), force=True)
+        files = LogFiles(tmp_path / "a.mcap", split=SplitLimits(part_s=1.0), force=True)
         for i in range(seconds):
             files.write(CAMERA, b"x", log_time=i * NANO // 10)
         files.close()
@@ -101,14 +101,14 @@ def test_parts_that_another_process_writes_stay(tmp_path: Path):
     with open(there[2], "rb") as theirs:
         lock_file(theirs, there[2])
         with pytest.raises(LogInUse):
-            LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0), force=True)
+            LogFiles(tmp_path / "a.mcap", split=SplitLimits(part_s=1.0), force=True)
     assert [path.read_bytes() for path in there] == [b"x"] * 3
 
 
 def test_a_recording_that_must_stop_is_closed_with_its_index(tmp_path: Path):
     """The next part cannot be made: the one before is whole all the same."""
     told: list[str] = []
-    files = LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0))
+    files = LogFiles(tmp_path / "a.mcap", split=SplitLimits(part_s=1.0))
     background = ThreadedSink(files, on_trouble=told.append)
     for i in range(10):
         background.write(STATE, b"%d" % i, log_time=i)

@@ -12,7 +12,7 @@ from toy import toy_house
 
 from recorders.simulated_run import (
     NotExactlyOneTask,
-    TaskRequest,
+    RequestedTask,
     item_type_in,
     record_trial,
     trial_events,
@@ -85,14 +85,14 @@ def test_the_same_seed_gives_the_same_bytes(strategy: str, tmp_path: Path) -> No
     wanted = house.item_types()[0]
     logs = [tmp_path / "a.mcap", tmp_path / "b.mcap"]
     for log in logs:
-        record_trial(trial_for(TaskRequest(find=wanted), house, strategy=strategy, seed=3, max_known=0.2), log)
+        record_trial(trial_for(RequestedTask(find=wanted), house, strategy=strategy, seed=3, max_known=0.2), log)
     once, twice = (_repeatable(log) for log in logs)
     assert once == twice
     assert len(once) > 5
 
 
 def test_what_is_recorded_is_what_happened(tmp_path: Path) -> None:
-    trial = trial_for(TaskRequest(find="mug"), toy_house(), strategy="lios", estimator="counts")
+    trial = trial_for(RequestedTask(find="mug"), toy_house(), strategy="lios", estimator="counts")
     end = record_trial(trial, tmp_path / "run.mcap")
     assert end == list(trial_events(trial))[-1]
 
@@ -104,9 +104,9 @@ def test_item_types_are_found_as_people_write_them(name: str) -> None:
 
 def test_a_wish_is_one_wish() -> None:
     with pytest.raises(NotExactlyOneTask, match="no task"):
-        TaskRequest()
+        RequestedTask()
     with pytest.raises(NotExactlyOneTask, match="more than one"):
-        TaskRequest(find="mug", scenario="coffee")
+        RequestedTask(find="mug", scenario="coffee")
 
 
 def _room() -> dict[str, object]:

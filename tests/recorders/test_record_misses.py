@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from recorders.record_run import record
-from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from replayers.batch.verify import verify
 from replayers.counterfactual.evidence import evidence_of
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
@@ -94,7 +94,7 @@ def test_a_log_whose_perception_is_none_is_refused(stored: object) -> None:
 def test_a_robot_that_trusts_its_looks_remembers_what_it_put_down(tmp_path: Path) -> None:
     """Here the look into the table misses the spoon that the robot put there; the log is reproduced."""
     trial = trial_for(
-        TaskRequest(scenario="deliver-3"),
+        RequestedTask(scenario="deliver-3"),
         load_house(f"{shipped_houses()}:4"),
         strategy="model-lios",
         estimator="counts",

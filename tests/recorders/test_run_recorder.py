@@ -17,7 +17,7 @@ from sample_logs import T0, killed_toy_log, toy_events, toy_info, toy_options, t
 from toy import COUNTER, FRIDGE, TABLE, toy_house
 
 from recorders.run_recorder import RunRecorder
-from recorders.sinks.files import Split
+from recorders.sinks.files import SplitLimits
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
@@ -216,7 +216,7 @@ def test_recording_in_the_background_writes_the_same(tmp_path: Path):
 
 
 def test_every_part_of_a_split_run_opens_alone(tmp_path: Path):
-    with RunRecorder(tmp_path / "a.mcap", split=Split(part_s=4.0), **toy_options()) as recorder:
+    with RunRecorder(tmp_path / "a.mcap", split=SplitLimits(part_s=4.0), **toy_options()) as recorder:
         for event in toy_events():
             recorder.record(event)
     parts = sorted(tmp_path.glob("*.mcap"))

@@ -29,7 +29,7 @@ from consistent_worlds import (
 )
 from sample_logs import record_run
 
-from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, Trial, record_trial, trial_for
 from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
@@ -100,7 +100,7 @@ def cases(estimators: tuple[str, ...] = ESTIMATORS, scenarios: tuple[str, ...] =
 
 def trial_of(case: Case, houses: Path, *, count: int) -> Trial:
     """The trial to record, in the first house from the case's turn on that supports its scenario."""
-    wish = TaskRequest(scenario=case.scenario)
+    wish = RequestedTask(scenario=case.scenario)
     for k in range(count):
         house = load_house(f"{houses}:{(case.turn + k) % count}")
         try:

@@ -15,10 +15,10 @@ from replayers.batch.claims import Claim, judge, junit_xml, parse_claim
 from replayers.batch.compare import StrategyComparison
 from workbench import cli
 from workbench.errors import BadValue, UnknownName
-from workbench.evaluation.statistics import Estimate
+from workbench.evaluation.statistics import IntervalEstimate
 
 
-def pair(*, least: float, most: float, drawn: Estimate | None = None, logs: int = 3) -> StrategyComparison:
+def pair(*, least: float, most: float, drawn: IntervalEstimate | None = None, logs: int = 3) -> StrategyComparison:
     return StrategyComparison(
         a="model-lios", b="opt-greedy", logs=logs, houses=1, wins=0, loses=0, equal=0, undecided=logs,
         least=least, most=most, chance=None, drawn=drawn, true=None, differences=(),

@@ -16,9 +16,11 @@ from toy_logs import MUG, acted, seen, toy_run
 from recorders.record_run import record
 from replayers.evaluation.detection_trials import LOOK, PASSING, DetectionTrial, PlantedItem, detection_trials
 from replayers.evaluation.perception import detection_rates
+from replayers.mcap_io.poses import poses_in
 from replayers.runs.run import Run, read
 from workbench.cli import run as lios
 from workbench.log_schema.corrections import Correction, made_up_id
+from workbench.log_schema.events import NANO
 from workbench.worlds.house import ContainerId, Item, ItemId
 
 LOGS = Path(__file__).resolve().parents[2] / "logs"
@@ -91,6 +93,42 @@ def test_a_robot_detects_all_within_three_metres_and_nothing_beyond() -> None:
     assert {found for _, found in ranges} == {True, False}
 
 
+def _with_polls(folder: Path, *, counts: bool, localized: bool) -> Run:
+    """A robot's run in which it was asked for tags at every pose, whether it saw any or not."""
+    before, polls, both = LOGS / "spot-home-A-pes-greedy.mcap", folder / "polls.mcap", folder / "both.mcap"
+    with polls.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        channel = writer.register_channel(
+            "/robot/tag_polls", "json", writer.register_schema("lios.spot.TagPoll", "jsonschema", b"{}")
+        )
+        for stamp_ns, _ in poses_in(read(before).raw_poses):
+            stamp = {"sec": stamp_ns // NANO, "nsec": stamp_ns % NANO}
+            poll = {"stamp": stamp, "detector": "robot", "counts": counts, "localized": localized, "tags": []}
+            writer.add_message(channel, stamp_ns, json.dumps(poll).encode(), stamp_ns)
+        writer.finish()
+    assert lios(["log", "merge", str(before), str(polls), "-o", str(both)]) == 0
+    return read(both, with_truth=True)
+
+
+def test_viewpoints_at_which_no_tag_was_seen_count_where_the_log_has_polls(tmp_path: Path) -> None:
+    """Logs of earlier versions say only when some tag was seen: there the rate is too high."""
+    before = list(detection_trials(read(LOGS / "spot-home-A-pes-greedy.mcap", with_truth=True)))
+    after = list(detection_trials(_with_polls(tmp_path, counts=True, localized=True)))
+    seen = [sum(t.detected for t in trials if t.made == PASSING) for trials in (before, after)]
+    unseen = [sum(not t.detected for t in trials if t.made == PASSING) for trials in (before, after)]
+    assert seen[0] <= seen[1]
+    assert unseen[0] < unseen[1]
+
+
+@pytest.mark.parametrize(("counts", "localized"), [(False, True), (True, False)])
+def test_polls_by_another_detector_or_of_a_robot_that_is_lost_say_nothing(
+    counts: bool, localized: bool, tmp_path: Path
+) -> None:
+    trials = detection_trials(_with_polls(tmp_path, counts=counts, localized=localized))
+    assert {trial.made for trial in trials} == {LOOK}
+
+
 @pytest.mark.slow
 def test_a_simulations_miss_rate_is_found_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for seed in range(8):
@@ -123,16 +161,17 @@ def test_the_command_says_what_it_needs(tmp_path: Path, capsys: pytest.CaptureFi
     assert len(json.loads(capsys.readouterr().out)["skipped"]) == 1
 
 
+@pytest.mark.parametrize("topic", ["/robot/detections", "/robot/tag_polls"])
 @pytest.mark.parametrize("data", [b'{"stamp": 3}', b'{"stamp": {"sec": 1}}', b"[", b'{"item": "\xff"}'])
 def test_a_detection_that_is_none_is_told_and_its_log_left_out(
-    data: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    topic: str, data: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     robot, odd, both = LOGS / "spot-home-A.mcap", tmp_path / "odd.mcap", tmp_path / "both.mcap"
     with odd.open("wb") as stream:
         writer = Writer(stream)
         writer.start()
         schema = writer.register_schema("lios.spot.TagDetected", "jsonschema", b"{}")
-        channel = writer.register_channel("/robot/detections", "json", schema)
+        channel = writer.register_channel(topic, "json", schema)
         at = read(robot).info.started.ns + 1
         writer.add_message(channel, at, data, at)
         writer.finish()
@@ -140,7 +179,7 @@ def test_a_detection_that_is_none_is_told_and_its_log_left_out(
     capsys.readouterr()
     assert lios(["evaluate", "perception", str(LOGS / "find-lios.mcap"), str(both), "--with-truth", "--json"]) == 0
     (skipped,) = json.loads(capsys.readouterr().out)["skipped"]
-    assert "/robot/detections cannot be decoded" in skipped
+    assert f"{topic} cannot be decoded" in skipped
     assert str(both) in skipped
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from replayers.doctor.examine import examine
 from workbench.planning.strategies import strategy_names
 from workbench.worlds.procthor.load import load_house
@@ -19,7 +19,7 @@ from workbench.worlds.shipped import shipped_houses
 def test_every_strategy_records_a_sound_log(name: str, scenario: str, tmp_path: Path) -> None:
     house = load_house(f"{shipped_houses()}:5")
     record_trial(
-        trial_for(TaskRequest(scenario=scenario), house, strategy=name, estimator="counts"), tmp_path / "run.mcap"
+        trial_for(RequestedTask(scenario=scenario), house, strategy=name, estimator="counts"), tmp_path / "run.mcap"
     )
     found = examine(tmp_path / "run.mcap")
     assert [f for f in found.findings if f.level in ("error", "warning")] == []

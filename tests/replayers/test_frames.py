@@ -230,7 +230,7 @@ def test_a_list_is_remembered_until_a_log_changes(folder: Path, capsys: pytest.C
     write_toy_log(folder / "broken.mcap", force=True)
     again = rows_of(paths, memory=memory, progress=told)
     assert read == [folder / "broken.mcap"]
-    assert [row.problem for row in again] == [""] * 4
+    assert [row.problem for row in again] == ["", "", "", "cut off: its end is missing"]
     assert listing.row_of is row_of
     assert describe.describe is not None
 
@@ -243,7 +243,7 @@ def test_the_list_command_filters_and_sorts(folder: Path, capsys: pytest.Capture
     rows = json.loads(capsys.readouterr().out)["rows"]
     assert [r["cost"] for r in rows] == [11.0, 11.0, None, None]
     assert cli.run(["list", str(folder)]) == 0
-    assert "1 with a problem" in capsys.readouterr().err
+    assert "2 with a problem" in capsys.readouterr().err
 
 
 def test_info_tells_of_logs_that_are_whole_and_of_those_that_are_not(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from replayers.live.ghost_bounds import GhostBounds, Verdict, tightened, verdict, verdict_line
+from replayers.live.ghost_bounds import GhostBounds, GhostVerdict, tightened, verdict, verdict_line
 
 DRIVEN = GhostBounds(strategy="opt-greedy", driven=True, lower=20.0, upper=30.0)
 
@@ -36,7 +36,7 @@ def test_a_strategy_that_broke_keeps_no_bounds() -> None:
 
 def test_beaten_is_proven_by_one_ghost_that_costs_less_in_every_world() -> None:
     bounds = (DRIVEN, _ghost("pes-greedy", least=-3.0, most=8.0), _ghost(least=6.25, most=12.0))
-    assert verdict(bounds) is Verdict.BEATEN
+    assert verdict(bounds) is GhostVerdict.BEATEN
     assert verdict_line(bounds) == (
         "opt-greedy is provably beaten: model-lios costs at least 6.2 less, whatever the unopened containers hold."
     )
@@ -44,14 +44,14 @@ def test_beaten_is_proven_by_one_ghost_that_costs_less_in_every_world() -> None:
 
 def test_best_is_proven_only_against_all_ghosts() -> None:
     equal, worse, open_ = _ghost("a", least=0.0, most=0.0), _ghost("b", least=-9.0, most=-1.0), _ghost("c", most=0.5)
-    assert verdict((DRIVEN, equal, worse)) is Verdict.BEST
+    assert verdict((DRIVEN, equal, worse)) is GhostVerdict.BEST
     assert "no more than a, b," in verdict_line((DRIVEN, equal, worse))
-    assert verdict((DRIVEN, equal, worse, open_)) is Verdict.OPEN
+    assert verdict((DRIVEN, equal, worse, open_)) is GhostVerdict.OPEN
     assert verdict_line((DRIVEN, open_)).startswith("Open: opt-greedy is neither")
 
 
 def test_a_ghost_without_bounds_proves_nothing() -> None:
     broken = GhostBounds(strategy="c", trouble="it raised")
-    assert verdict((DRIVEN, _ghost(most=-1.0), broken)) is Verdict.OPEN
-    assert verdict((DRIVEN,)) is Verdict.OPEN
+    assert verdict((DRIVEN, _ghost(most=-1.0), broken)) is GhostVerdict.OPEN
+    assert verdict((DRIVEN,)) is GhostVerdict.OPEN
     assert verdict_line((DRIVEN, broken)) == ""

@@ -14,7 +14,7 @@ from sample_logs import record_run, toy_events, toy_info, toy_options, write_toy
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
-from replayers.live.ghost_bounds import GhostBounds, GhostReport, Verdict, verdict
+from replayers.live.ghost_bounds import GhostBounds, GhostReport, GhostVerdict, verdict
 from replayers.live.ghosts import AnotherRun, Ghosts, ghost_log
 from replayers.runs.run import read
 from workbench.errors import LiosError
@@ -86,9 +86,9 @@ def test_the_driven_strategy_is_provably_beaten_once_the_mug_is_found(tmp_path: 
     log, copy = LOGS / "find-greedy.mcap", tmp_path / "copy.mcap"
     reports = list(_rounds(Ghosts(copy, ("model-lios",), clock=lambda: 0.0, max_segments=60), log, copy))
     verdicts = [verdict(report.bounds) for report in reports if report.bounds]
-    assert verdicts[0] is Verdict.OPEN
-    assert verdicts[-1] is Verdict.BEATEN
-    assert verdicts == sorted(verdicts, key=[Verdict.OPEN, Verdict.BEATEN].index)
+    assert verdicts[0] is GhostVerdict.OPEN
+    assert verdicts[-1] is GhostVerdict.BEATEN
+    assert verdicts == sorted(verdicts, key=[GhostVerdict.OPEN, GhostVerdict.BEATEN].index)
     assert reports[-1].line.startswith("opt-greedy is provably beaten: model-lios costs at least 6.2 less")
 
 

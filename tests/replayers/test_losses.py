@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 import pytest
 from damaged_logs import chunks_of, flip
+from mcap.opcode import Opcode
 
 from dashboards.commands.view import view
+from replayers.mcap_io.records import HEAD
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import read_index
 from replayers.runs.gaps import losses_of_logs
@@ -42,7 +46,7 @@ def test_a_damaged_chunk_is_told_by_list_and_export(
         row = _ended_with_3(["list", str(damaged), "--json"], capsys)["rows"][0]  # pyright: ignore
         assert row["lost"], number
         assert "1 place of the log could not be read" in row["problem"], number
-        if not losses_of_logs([damaged]):
+        if not losses_of_logs([damaged]).lost:
             continue  # a chunk of pictures alone: no table of events lost anything
         told = _ended_with_3(
             ["export", str(damaged), "-o", str(tmp_path / "t"), "-t", "runs", "--force", "--json"], capsys
@@ -116,3 +120,103 @@ def test_damage_in_several_runs_of_one_file_is_listed(tmp_path: Path, capsys: py
         assert read_index(stream) is not None
     (row,) = _ended_with_3(["list", str(flip(both, tmp_path / "b.mcap", 2)), "--json"], capsys)["rows"]  # pyright: ignore
     assert row["problem"].startswith("not whole: 1 place")
+
+
+def _cuts(data: bytes, numbers: Sequence[int]) -> list[tuple[int, int | None]]:
+    """Lengths at which a log may have been cut off, before, inside and at the end of each kind of its records, with
+    the opcode of the record that is torn, if any; -1 for those after the end of the data.
+
+    Of each kind the records of some numbers are taken, counted from 1."""
+    cuts: list[tuple[int, int | None]] = []
+    seen: dict[int, int] = {}
+    at, ended = 8, False
+    while at < len(data) - 8:
+        opcode, length = HEAD.unpack_from(data, at)
+        end = at + HEAD.size + length
+        seen[opcode] = seen.get(opcode, 0) + 1
+        if seen[opcode] in numbers:
+            cuts += [(cut, -1 if ended else None if cut == at else opcode) for cut in (at, at + 5, end - 2)]
+        at, ended = end, ended or opcode == Opcode.DATA_END
+    return [*cuts, (at, -1), (at + 4, -1)]
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [
+        ("find-lios", (1,)),
+        pytest.param("find-lios", (2, 3, 9), marks=pytest.mark.slow),
+        pytest.param("spot-home-A", (1, 2, 5), marks=pytest.mark.slow),
+    ],
+)
+def test_all_commands_agree_on_a_log_that_was_cut_off_anywhere(
+    name: str,
+    numbers: Sequence[int],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+):
+    """They end with 3 where a record had to be dropped; the doctor also where only the end is missing."""
+    monkeypatch.setenv("LIOS_CACHE", "off")
+    whole, log, saved = (LOGS / f"{name}.mcap").read_bytes(), tmp_path / "cut.mcap", tmp_path / "saved.mcap"
+
+    def told(*words: str) -> tuple[int, dict[str, Any]]:
+        code = cli.run([*words, "--json"])
+        out = capsys.readouterr().out
+        return code, json.loads(out) if out.startswith("{") and words[0] != "log" else {}
+
+    for cut, torn in _cuts(whole, numbers):
+        log.write_bytes(whole[:cut])
+        dropped, ended = torn in (Opcode.CHUNK, Opcode.ATTACHMENT, Opcode.METADATA), torn == -1
+        code, recovered = told("recover", str(log), "-o", str(saved), "--force")
+        assert (code, recovered["lossy"]) == ((3, True) if dropped else (0, False)), (cut, torn)
+        assert recovered["end_missing"] is not ended, (cut, torn)
+        for one in (log, saved):
+            code, found = told("doctor", str(one))
+            assert (code, found["verdict"]) == ((0, "fine") if ended else (3, "lossy")), (cut, torn, one)
+        for copy in (["cat"], ["filter", "-o", str(saved), "--force"], ["convert", "-o", str(saved), "--force"]):
+            assert told("log", copy[0], str(log), *copy[1:])[0] == (3 if dropped else 0), (cut, torn, copy)
+        assert told("info", str(log))[0] == (3 if dropped else 0), (cut, torn)
+        code, listed = told("list", str(log))
+        (row,) = listed["rows"]
+        lacks = bool(row["run_id"]) and recovered["attachments"] < 3
+        assert (code, bool(row["lost"])) == ((3, True) if dropped or lacks else (0, False)), (cut, torn, row)
+        assert (row["cut_off"], bool(row["problem"])) == (not ended, not ended), (cut, torn, row)
+        code, exported = told("export", str(log), "-o", str(tmp_path / "t"), "-t", "runs", "--force")
+        assert code == (2 if not row["run_id"] else 3 if dropped or lacks else 0), (cut, torn)
+        if row["run_id"]:
+            assert exported["cut_off"] == ([] if ended else [str(log)]), (cut, torn)
+            assert exported["lost"] == ({str(log): row["lost"]} if row["lost"] else {}), (cut, torn)
+
+
+@pytest.mark.parametrize(("size", "code"), [(6328, 2), (60_000, 3), (88_655, 0)])
+def test_replay_figures_and_capsule_of_a_cut_log_end_as_list_and_export_do(
+    size: int, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """With 2 where there is no run to replay or to draw: what was cut is the place, the task or the settings."""
+    log = tmp_path / "cut.mcap"
+    log.write_bytes((LOGS / "find-lios.mcap").read_bytes()[:size])
+    for words in (
+        ["replay", str(log), "-s", "opt-greedy", "--worlds", "0"],
+        ["figures", str(log), "-o", str(tmp_path / "figures"), "--format", "png"],
+        ["capsule", str(log), "-o", str(tmp_path / "run.html")],
+    ):
+        assert cli.run(words) == code, words
+        told = capsys.readouterr().err
+        assert ("not whole" in told) is (code == 3), (words, told)
+        assert ("cut off" in told) is (code == 3), (words, told)
+
+
+def test_a_missing_end_is_told_and_ends_with_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Nothing had to be dropped of a log that was cut off between two records."""
+    log, chunk = tmp_path / "cut.mcap", chunks_of(LOGS / "find-lios.mcap")[9]
+    end = chunk.chunk_start_offset + chunk.chunk_length + chunk.message_index_length
+    log.write_bytes((LOGS / "find-lios.mcap").read_bytes()[:end])
+    for words in (
+        ["export", str(log), "-o", str(tmp_path / "runs.csv")],
+        ["capsule", str(log), "-o", str(tmp_path / "run.html")],
+        ["replay", str(log), "-s", "opt-greedy", "--worlds", "0"],
+        ["list", str(log)],
+    ):
+        assert cli.run(words) == 0, words
+        told = capsys.readouterr()
+        assert "cut off" in told.err + told.out, words

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from toy import TABLE, item, toy_house
 
-from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_events, trial_for
+from recorders.simulated_run import RequestedTask, Trial, record_trial, trial_events, trial_for
 from replayers.batch.verify import verify
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
@@ -81,7 +81,7 @@ def test_bounds_are_those_of_all_consistent_worlds(
 def test_the_recorded_run_is_reproduced_and_another_way_asks_for_what_nobody_saw(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     house = load_house(f"{shipped_houses()}:3")
-    trial = trial_for(TaskRequest(find="book"), house, strategy="conditioned-lios", estimator="counts")
+    trial = trial_for(RequestedTask(find="book"), house, strategy="conditioned-lios", estimator="counts")
     trial = replace(trial, sees_m=2.5)
     end = record_trial(trial, path)
     run = read(path, with_truth=True)
@@ -103,7 +103,7 @@ def test_the_recorded_run_is_reproduced_and_another_way_asks_for_what_nobody_saw
 def test_what_comes_into_view_on_a_move_is_undetermined_where_nobody_saw_it(tmp_path: Path) -> None:
     """A greedy robot passes tables that the recorded way did not: the run over the log alone stops there."""
     house = load_house(f"{shipped_houses()}:0")
-    trial = trial_for(TaskRequest(find="book"), house, strategy="conditioned-lios", estimator="counts")
+    trial = trial_for(RequestedTask(find="book"), house, strategy="conditioned-lios", estimator="counts")
     trial = replace(trial, sees_m=2.5)
     path = tmp_path / "run.mcap"
     record_trial(trial, path)

@@ -11,7 +11,7 @@ import pytest
 from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import MUG, InOrder, delivered, simulated_log, task_of, toy_run
 
-from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.logged_belief import LoggedBelief
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
@@ -149,7 +149,7 @@ def test_a_run_is_replayed_over_its_own_log_at_its_own_cost(tmp_path: Path, name
         house = load_house(f"{shipped_houses()}:{index}")
         path = tmp_path / f"{index}.mcap"
         end = record_trial(
-            trial_for(TaskRequest(scenario="deliver-3"), house, strategy=name, estimator=estimator), path
+            trial_for(RequestedTask(scenario="deliver-3"), house, strategy=name, estimator=estimator), path
         )
         made = replay_on(prepare_log(read(path), ReplaySettings(worlds=0)), name)
         assert made.exact

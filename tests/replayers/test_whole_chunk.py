@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import zlib
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -17,11 +18,12 @@ from replayers.doctor.findings import Verdict
 from replayers.log_tools.copy_log import LogLayout
 from replayers.log_tools.recover import recover
 from replayers.log_tools.rewrite import MessageFilter, filtered, merge_logs, patterns
-from replayers.mcap_io.reader import messages
+from replayers.mcap_io.reader import messages, metadata
 from replayers.mcap_io.records import ChunkRecord
 from replayers.mcap_io.scan import open_log, scan
 from workbench import cli
 
+LOGS = Path(__file__).parents[2] / "logs"
 SECOND = 10**9
 LAYOUTS = {
     "full": Layout(),
@@ -149,3 +151,50 @@ def test_filter_compact_and_convert_keep_what_recover_keeps(kind: str, layout: s
             output = tmp_path / f"{number}-{command}.mcap"
             assert cli.run(["log", command, str(source), "-o", str(output)]) in (0, 3)
             assert sorted(_held(output)) == saved, (command, number)
+
+
+def test_a_copied_chunk_has_a_checksum_even_where_its_source_has_none(tmp_path: Path):
+    """Found by fuzzing: what was recovered from a chunk whose checksum had become 0 had none either."""
+    log, copy = tmp_path / "a.mcap", tmp_path / "b.mcap"
+    with log.open("wb") as stream:
+        writer = Writer(stream, enable_crcs=False)
+        writer.start()
+        writer.add_message(writer.register_channel("/t", "cdr", 0), 1, b"x" * 100, 1)
+        writer.finish()
+    recover(log, copy)
+    with open_log(copy) as stream:
+        (chunk,) = [record for _, record in scan(stream) if isinstance(record, ChunkRecord)]
+    assert chunk.uncompressed_crc == zlib.crc32(chunk.unpack())
+    assert [finding.what for finding in examine(copy).findings if "checksum" in finding.what] == []
+
+
+@pytest.mark.parametrize("tool", ["recover", "filter", "compact", "convert", "merge", "split"])
+def test_metadata_with_a_wrong_checksum_is_told_and_not_copied(
+    tool: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """The identity of the run is taken from settings.json, which repeats it."""
+    log, copy = tmp_path / "damaged.mcap", tmp_path / "copy.mcap"
+    data = bytearray((LOGS / "find-lios.mcap").read_bytes())
+    data[data.index(b"model-lios")] ^= 1
+    log.write_bytes(data)
+    more = {"recover": ["recover"], "split": ["log", "split", "--size", "1000000"]}.get(tool, ["log", tool])
+    assert cli.run([*more, str(log), "-o", str(copy)]) == 3
+    assert "the checksum of 'lios.run' is wrong" in capsys.readouterr().err
+    copy = tmp_path / "copy_0000.mcap" if tool == "split" else copy
+    told = metadata(copy, "lios.run")
+    assert told is not None
+    assert told["strategy"] == "model-lios"
+    assert examine(log).verdict is Verdict.FAULTY
+    for words in (["list", str(log)], ["info", str(log)], ["doctor", str(log)]):
+        assert cli.run(words) in ((1,) if words[0] == "doctor" else (3,)), words
+
+
+def test_what_other_writers_call_a_checksum_in_their_metadata_is_left_alone(tmp_path: Path):
+    log = tmp_path / "a.mcap"
+    with log.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        writer.add_metadata("calibration", {"crc32": "of something else"})
+        writer.finish()
+    assert recover(log, tmp_path / "b.mcap").metadata == 1
+    assert metadata(tmp_path / "b.mcap", "calibration") == {"crc32": "of something else"}

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from toy_logs import BOOK, MUG, InOrder, delivered
 
-from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import Replay, replay_on, replay_strategy
@@ -56,7 +56,7 @@ def test_strategies_that_decide_alike_find_together_what_each_finds_alone(log: s
 @pytest.mark.parametrize("house", range(0, 24, 3))
 def test_so_it_is_in_many_houses(tmp_path: Path, house: int) -> None:
     trial = trial_for(
-        TaskRequest(scenario="deliver-3"),
+        RequestedTask(scenario="deliver-3"),
         load_house(f"{shipped_houses()}:{house}"),
         strategy="model-lios",
         estimator="counts",

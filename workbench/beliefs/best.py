@@ -20,7 +20,7 @@ from workbench.beliefs.belief import Belief
 from workbench.beliefs.context import FEATURES, NameOpinions, features, seen_types
 from workbench.beliefs.encoder import NameNotShipped, vectors_of
 from workbench.beliefs.fcnn import DIGITS
-from workbench.beliefs.observed_scene import Scene, scene_of
+from workbench.beliefs.observed_scene import ObservedScene, scene_of
 from workbench.beliefs.placements import (
     Placements,
     condition_on_existence,
@@ -49,14 +49,14 @@ class NameModel:
 
     placements: Placements
 
-    def opinions(self, scene: Scene, items: tuple[str, ...]) -> NameOpinions:
+    def opinions(self, scene: ObservedScene, items: tuple[str, ...]) -> NameOpinions:
         """Name-based opinions about items in all containers of a scene; only the similarities change between
         looks."""
         asked = (scene.kinds, scene.types, tuple(scene.room.tolist()), scene.stands, items)
         formed = _OPINIONS.of(self).get(asked, lambda: self._compute_opinions(scene, items))
         return replace(formed, likeness=self._similarity(items, seen_types(scene)))
 
-    def _compute_opinions(self, scene: Scene, items: tuple[str, ...]) -> NameOpinions:
+    def _compute_opinions(self, scene: ObservedScene, items: tuple[str, ...]) -> NameOpinions:
         known = self.placements
         places = known.places(scene.kinds, scene.types)
         several = known.duplicate_probabilities(items)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arrays import Floats
-from workbench.beliefs.observed_scene import ROOM_KINDS, Scene
+from workbench.beliefs.observed_scene import ROOM_KINDS, ObservedScene
 from workbench.beliefs.placement_mixture import MAX_RATE, MIN_RATE
 from workbench.beliefs.placements import condition_on_existence
 
@@ -53,12 +53,12 @@ class NameOpinions:
     likeness: Floats
 
 
-def seen_types(scene: Scene) -> tuple[str, ...]:
+def seen_types(scene: ObservedScene) -> tuple[str, ...]:
     """All observed item types, sorted."""
     return tuple(sorted({t for held in scene.seen if held is not None for t in held}))
 
 
-def features(scene: Scene, items: tuple[str, ...], opinions: NameOpinions) -> Floats:
+def features(scene: ObservedScene, items: tuple[str, ...], opinions: NameOpinions) -> Floats:
     """Features of every item in every open container, shape (features, items, open containers)."""
     per_pair = [*_competition(scene, opinions), *_support(scene, opinions), *_evidence(scene, items, opinions)]
     shape = per_pair[0].shape
@@ -67,7 +67,7 @@ def features(scene: Scene, items: tuple[str, ...], opinions: NameOpinions) -> Fl
     return np.stack([*per_pair, *per_item, *per_container])
 
 
-def _competition(scene: Scene, opinions: NameOpinions) -> list[Floats]:
+def _competition(scene: ObservedScene, opinions: NameOpinions) -> list[Floats]:
     """Features of competition with the other unsearched containers, in the room and in the house."""
     is_open, several = scene.open, opinions.several
     rates, room = opinions.rates[:, is_open], scene.room[is_open]
@@ -100,7 +100,7 @@ def _competition(scene: Scene, opinions: NameOpinions) -> list[Floats]:
     ]
 
 
-def _support(scene: Scene, opinions: NameOpinions) -> list[Floats]:
+def _support(scene: ObservedScene, opinions: NameOpinions) -> list[Floats]:
     """Features of whether the item fits on the container."""
     is_open = scene.open
     sides = np.sort(opinions.size_m[:, :2], axis=1)
@@ -111,7 +111,7 @@ def _support(scene: Scene, opinions: NameOpinions) -> list[Floats]:
     ]
 
 
-def _evidence(scene: Scene, items: tuple[str, ...], opinions: NameOpinions) -> list[Floats]:
+def _evidence(scene: ObservedScene, items: tuple[str, ...], opinions: NameOpinions) -> list[Floats]:
     """Features of observed items and unsuccessful searches."""
     is_open = scene.open
     searched = np.array([held is not None for held in scene.seen], dtype=np.float64)
@@ -151,7 +151,7 @@ def _items(opinions: NameOpinions) -> list[Floats]:
     return [np.log1p(opinions.often), opinions.several, opinions.size_m[:, 2]]
 
 
-def _containers(scene: Scene, opinions: NameOpinions) -> list[Floats]:
+def _containers(scene: ObservedScene, opinions: NameOpinions) -> list[Floats]:
     """Features of the unsearched containers: size, room, house."""
     is_open = scene.open
     kinds = np.array(scene.kinds, dtype=object)[is_open]
@@ -178,16 +178,16 @@ def _containers(scene: Scene, opinions: NameOpinions) -> list[Floats]:
     ]
 
 
-def _same_room(scene: Scene) -> Floats:
+def _same_room(scene: ObservedScene) -> Floats:
     return (scene.room[:, None] == scene.room[None, :]).astype(np.float64)
 
 
-def _same_type(scene: Scene) -> Floats:
+def _same_type(scene: ObservedScene) -> Floats:
     types = np.array(scene.types, dtype=object)
     return (types[:, None] == types[None, :]).astype(np.float64)
 
 
-def _top_m2(scene: Scene) -> Floats:
+def _top_m2(scene: ObservedScene) -> Floats:
     """The top-view area in square metres, with a small minimum."""
     return np.maximum(scene.size_m[:, 0] * scene.size_m[:, 1], 0.01)
 

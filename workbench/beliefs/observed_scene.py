@@ -20,7 +20,7 @@ ROOM_KINDS = ("Bathroom", "Bedroom", "Kitchen", "LivingRoom")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scene:
+class ObservedScene:
     """A plan's containers as arrays.
 
     Attributes:
@@ -45,7 +45,7 @@ class Scene:
     seen: tuple[tuple[str, ...] | None, ...]
 
 
-def scene_of(knowledge: Knowledge) -> Scene:
+def scene_of(knowledge: Knowledge) -> ObservedScene:
     """The scene as the robot knows it now."""
     plan = knowledge.plan
     unsearched = set(knowledge.unsearched)
@@ -54,12 +54,12 @@ def scene_of(knowledge: Knowledge) -> Scene:
     return scene_from(plan, is_open=[c.id in unsearched for c in plan.containers], seen=seen)
 
 
-def scene_from(plan: FloorPlan, *, is_open: list[bool], seen: tuple[tuple[str, ...] | None, ...]) -> Scene:
+def scene_from(plan: FloorPlan, *, is_open: list[bool], seen: tuple[tuple[str, ...] | None, ...]) -> ObservedScene:
     """The scene of a plan with given unsearched containers and observations, in the plan's order."""
     at = {room.id: k for k, room in enumerate(plan.rooms)}
     kinds = tuple(room.kind for room in plan.rooms)
     room = np.array([at[c.room] for c in plan.containers], dtype=np.int64)
-    return Scene(
+    return ObservedScene(
         kinds=tuple(kinds[k] for k in room),
         types=tuple(c.type for c in plan.containers),
         room=room,

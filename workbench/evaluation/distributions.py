@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from math import exp, lgamma, log, log1p, sqrt
 
+from workbench.tolerances import FRACTION_ACCURACY, SMALLEST
+
 MAX_TERMS = 10_000
-SMALLEST = 1e-300
-"""Stands in for 0 in a denominator."""
-ACCURACY = 1e-15
 
 
 def beta_quantile(p: float, a: float, b: float) -> float:
@@ -57,6 +56,6 @@ def _continued_fraction(x: float, a: float, b: float) -> float:
         below = 1 / (1 + d * below or SMALLEST)
         above = 1 + d / above or SMALLEST
         value *= above * below
-        if abs(above * below - 1) < ACCURACY:
+        if abs(above * below - 1) < FRACTION_ACCURACY:
             break
     return value

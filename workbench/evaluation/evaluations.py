@@ -17,7 +17,7 @@ from workbench.evaluation.search.report import SearchRequest
 from workbench.evaluation.search.report import answer_of as search_answer
 from workbench.evaluation.search.report import measure as measure_searches
 from workbench.evaluation.tasks.experiment import (
-    NoHouse,
+    NoSupportingHouse,
     TaskRequest,
     plan_trials,
     remaining_units,
@@ -104,7 +104,7 @@ def _tasks(request: TaskRequest, on: Workforce) -> Evaluation:
     fold_split = request.fold_split()
     planned = plan_trials(request, fold_split)
     if not planned.keys:
-        raise NoHouse(request)
+        raise NoSupportingHouse(request)
     with trained_per_fold(request.estimators(), fold_split, None, on=on) as fold_estimators:
         units = remaining_units(request, planned.keys, (), None, fold_estimators=fold_estimators)
         made = _flat(run_units(units, workers=on.workers, scheduler=on.scheduler))

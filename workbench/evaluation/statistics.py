@@ -33,7 +33,7 @@ MAX_WIDENED_CLUSTERS = 15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
+class IntervalEstimate:
     """A number with its interval.
 
     Attributes:
@@ -66,7 +66,7 @@ def mean_with_interval(
     rng: np.random.Generator,
     level: float = 0.95,
     draws: int = DRAWS,
-) -> Estimate:
+) -> IntervalEstimate:
     """The mean of the values, with equal weight per trial.
 
     Args:
@@ -88,7 +88,7 @@ def paired_difference(
     rng: np.random.Generator,
     level: float = 0.95,
     draws: int = DRAWS,
-) -> Estimate:
+) -> IntervalEstimate:
     """The mean of a - b over paired trials, which removes the variance between trials.
 
     Args and Raises: as for mean_with_interval; a and b have the same length.
@@ -107,7 +107,7 @@ def ratio_with_interval(
     rng: np.random.Generator,
     level: float = 0.95,
     draws: int = DRAWS,
-) -> Estimate:
+) -> IntervalEstimate:
     """Sum of the numerator over sum of the denominator: for shares of Greedy's cost or of the gap to the oracle.
 
     Args:
@@ -123,7 +123,7 @@ def ratio_with_interval(
     drawn = _drawn_ratios(tops, bottoms, rng, draws)
     value = _ratio(float(top.sum()), float(bottom.sum()))
     lower, upper = interval_of(drawn, value, trials=len(top), clusters=len(set(clusters)), level=level)
-    return Estimate(
+    return IntervalEstimate(
         value=value,
         lower=lower,
         upper=upper,

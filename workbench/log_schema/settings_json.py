@@ -41,3 +41,12 @@ def settings_from_json(data: bytes | str) -> Settings:
         return msgspec.json.decode(data, type=Settings)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise MalformedSettings(str(error)) from error
+
+
+def identity_in(settings: bytes) -> dict[str, str]:
+    """The run's identity as metadata, which settings.json repeats under its own checksum; empty where it does not."""
+    try:
+        pairs = settings_from_json(settings).more.get("run")
+    except MalformedSettings:
+        return {}
+    return {str(key): str(value) for key, value in pairs.items()} if isinstance(pairs, dict) else {}

@@ -178,7 +178,7 @@ def _setup(
     )
 
 
-class Program(Protocol):
+class SearchProgram(Protocol):
     """What reference.py and compiled.py both are."""
 
     def cost_table(
@@ -209,10 +209,10 @@ class Program(Protocol):
 
 
 @cache
-def program() -> Program:
+def program() -> SearchProgram:
     """The compiled program, or the readable one where numba cannot be imported."""
     try:
         from workbench.search import compiled
     except ImportError:
-        return cast(Program, reference)
-    return cast(Program, compiled)
+        return cast(SearchProgram, reference)
+    return cast(SearchProgram, compiled)

@@ -22,7 +22,7 @@ MIN_WALL_M = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class WallGap:
     """An opening in one wall, in metres along it and in height."""
 
     start_m: float
@@ -78,19 +78,19 @@ def line_of(wall: Wall) -> WallLine:
     return WallLine(wall.start, (dx / length, dy / length), length, wall.height_m)
 
 
-def gaps_of(wall: Wall, plan: FloorPlan) -> tuple[Gap, ...]:
+def gaps_of(wall: Wall, plan: FloorPlan) -> tuple[WallGap, ...]:
     """The doors and windows in a wall, in order along it."""
     line = line_of(wall)
-    found: list[Gap] = []
+    found: list[WallGap] = []
     openings = [(o, True) for o in plan.doors] + [(o, False) for o in plan.windows]
     for opening, is_door in openings:
         span = _span(line, opening)
         if span is not None:
-            found.append(Gap(*span, opening.bottom_m, opening.top_m, opening, is_door))
+            found.append(WallGap(*span, opening.bottom_m, opening.top_m, opening, is_door))
     return tuple(sorted(found, key=lambda gap: (gap.start_m, gap.end_m, gap.opening.id)))
 
 
-def pieces_of(line: WallLine, gaps: Sequence[Gap], *, top_m: float) -> tuple[WallPiece, ...]:
+def pieces_of(line: WallLine, gaps: Sequence[WallGap], *, top_m: float) -> tuple[WallPiece, ...]:
     """The wall itself: whole pieces between openings, and what is below and above each opening.
 
     Its ends reach half a thickness beyond the line, so that corners are closed.

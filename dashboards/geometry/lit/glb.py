@@ -16,9 +16,9 @@ from struct import pack
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.geometry.lit.lit_mesh import LitMesh
+from workbench.arrays import AnyArray
 from workbench.tolerances import TINY
 
 FLOAT, UINT16, UINT32 = 5126, 5123, 5125
@@ -42,7 +42,7 @@ def glb(layers: Sequence[Layer]) -> bytes:
     views: list[tuple[bytes, int]] = []
     accessors: list[dict[str, Any]] = []
 
-    def add(array: npt.NDArray[Any], kind: str, component: int, **more: object) -> int:
+    def add(array: AnyArray, kind: str, component: int, **more: object) -> int:
         accessor = {"bufferView": len(views), "componentType": component, "count": len(array), "type": kind}
         accessors.append(accessor | more)
         views.append((array.tobytes(), ELEMENT_ARRAY_BUFFER if kind == "SCALAR" else ARRAY_BUFFER))

@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.geometry.floors import Floor
 from dashboards.geometry.lit.daylight import radiance
 from dashboards.geometry.marks import Mesh
 from dashboards.geometry.solids import Batch, Shape, unit_mesh
 from dashboards.palette import Colour
-from workbench.arrays import Floats, Floats32, Uints32
+from workbench.arrays import AnyArray, Floats, Floats32, Uints32
 from workbench.tolerances import DEGENERATE, MIN_LENGTH_M
 
 
@@ -125,7 +123,7 @@ def vertex_normals(points: Floats32, faces: Uints32) -> Floats:
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), DEGENERATE)
 
 
-def _turned(vectors: npt.NDArray[np.floating[Any]], batch: Batch) -> npt.NDArray[np.floating[Any]]:
+def _turned(vectors: AnyArray, batch: Batch) -> AnyArray:
     """Vectors (N, V, 3) turned by each solid's yaw."""
     c, s = np.cos(batch.yaw_rad)[:, None], np.sin(batch.yaw_rad)[:, None]
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]

@@ -36,7 +36,7 @@ from dashboards.viser_app.cameras import scale_of
 from dashboards.viser_app.panel.notes_tab import NotesTab
 from dashboards.viser_app.panel.options import Options
 from dashboards.viser_app.panel.runs_tab import RunsTab
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from workbench.errors import BadValue
 from workbench.tolerances import ROUNDING
 
@@ -71,7 +71,7 @@ class Controls:
     session.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: BrowserSession) -> None:
         self._session = session
         self._gui = session.client.gui
         self._sent: dict[str, str] = {}
@@ -138,13 +138,13 @@ class Controls:
         with tabs.add_tab("View"):
             self._options = Options(self._session)
         panel = gui.add_panel()
-        with panel.add_tab("Timeline", viser.Icon.TIMELINE):
+        with panel.add_tab("Timeline"):
             self._add("strip")
             self._add("cursor")
             self._add("legend")
         panel.float(x=0, y=-1)  # dock.js puts it below the house
         self._camera_panel = gui.add_panel(visible=False)
-        with self._camera_panel.add_tab("Cameras", viser.Icon.CAMERA):
+        with self._camera_panel.add_tab("Cameras"):
             self._add("cameras")
         self._camera_panel.float(x=16, y=16, width=CAMERAS_PX)
 
@@ -172,7 +172,7 @@ class Controls:
         self._chosen += 1
         self._set("choose", choose_tab(label, self._chosen))
 
-    def _show_container(self, session: Session, scene: Scene) -> None:
+    def _show_container(self, session: BrowserSession, scene: Scene) -> None:
         """The opened container, and whether the truth about it is asked for."""
         state, timeline = session.state, session.clock.timelines[0]
         index = next((i for i, c in enumerate(timeline.plan.containers) if c.id == state.container), None)
@@ -192,7 +192,7 @@ class Controls:
         self._slider.on_update(self._slid)
         steps = gui.add_button_group("Decision", ("« first", "‹ previous", "next ›", "last »"))
         steps.on_click(lambda event: self._step_decision(event.target.value))
-        self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
+        self._play = gui.add_button("Play")
         self._play.on_click(lambda _: session.toggle_playing())
         commands: tuple[tuple[str, Key, Literal["shift"] | None, Callable[[], None]], ...] = (
             ("Play or pause", "space", None, session.toggle_playing),
@@ -224,7 +224,7 @@ class Controls:
         with self._session.view_errors.caught(f"the panel {name}", lambda line: self._set(name, error_line(line))):
             self._set(name, make())
 
-    def _opened(self, session: Session) -> None:
+    def _opened(self, session: BrowserSession) -> None:
         """New runs: a new scale of time, new item types, a new strip."""
         clock = session.clock
         if not clock.timelines:
@@ -246,7 +246,7 @@ class Controls:
         by_strategy = {t.run.info.strategy: c for t, c in zip(clock.timelines, colours, strict=True)}
         self._draw("ghosts", lambda: ghosts(session.library.ghosts, by_strategy))
 
-    def _shown(self, session: Session, scenes: list[Scene]) -> None:
+    def _shown(self, session: BrowserSession, scenes: list[Scene]) -> None:
         scene, timeline, state = scenes[0], session.clock.timelines[0], session.state
         self._paint_theme(dark=(state.theme or state.system_theme) == "dark")
         at = timeline.decision_at(scene.stamp_ns)
@@ -280,7 +280,6 @@ class Controls:
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:
             self._play.label = label
-            self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
 
     def _tables_are_due(self, *, playing: bool) -> bool:
         """Whether to draw the tables: while a run plays, only as often as people can read them."""
@@ -360,7 +359,7 @@ class Controls:
             self._session.camera.refit()
         self._session.mark_unsettled()
 
-    def _update_address(self, session: Session) -> None:
+    def _update_address(self, session: BrowserSession) -> None:
         """Updates the page's address once the view is stable and the page has sent its own address."""
         if self._arrived:
             self._set("address", update_address(address(session.state, session.client.camera)))

@@ -8,7 +8,7 @@ import viser
 from markupsafe import Markup
 
 from dashboards.panels.events import events
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 
 MAX_NOTE_CHARS = 2000
 
@@ -17,12 +17,12 @@ MAX_NOTE_CHARS = 2000
 class NotesTab:
     """Made inside the tab that holds it."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: BrowserSession) -> None:
         gui = session.client.gui
         self._session = session
         self._words = gui.add_text("Note", "", multiline=True, hint="About the moment shown, in the run in focus.")
         self._author = gui.add_text("Author", "", hint="The author; may be empty.")
-        add = gui.add_button("Add the note to the log", icon=viser.Icon.NOTE)
+        add = gui.add_button("Add the note to the log")
         add.on_click(self._add)
 
     def panel(self, names: list[str]) -> Markup:

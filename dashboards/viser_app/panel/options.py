@@ -11,7 +11,7 @@ import viser
 
 from dashboards.model.clock import ALIGNMENTS
 from dashboards.model.scene import AUTOMATIC
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from workbench.worlds.names import readable_name
 
 SPEEDS = ("0.25×", "0.5×", "1×", "2×", "4×", "8×", "16×")
@@ -40,7 +40,7 @@ LAYERS = (
 class Options:
     """The controls; made inside the tab that holds them."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: BrowserSession) -> None:
         gui, state = session.client.gui, session.state
         self._session = session
         self._types: dict[str, str] = {}

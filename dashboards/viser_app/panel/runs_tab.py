@@ -14,7 +14,7 @@ from dashboards.panels.run_cells import run_cells
 from dashboards.panels.runs import COLUMNS, GROUPS, RunRow, RunsOrder, left_out, passes, runs
 from dashboards.panels.scatter import default_pair, scatter
 from dashboards.viser_app.panel.selection_view import SelectionView
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 
 NONE_YET: tuple[str, ...] = ("",)
 """The only entry of a list before anything is known."""
@@ -26,7 +26,7 @@ ONE_LOG = Markup('<div class="lp"><p class="muted">Open a folder to choose among
 class RunsTab:
     """Builds itself into a group of tabs."""
 
-    def __init__(self, session: Session, tabs: viser.GuiTabGroupHandle) -> None:
+    def __init__(self, session: BrowserSession, tabs: viser.GuiTabGroupHandle) -> None:
         gui = session.client.gui
         self._session = session
         self._listing = threading.Lock()

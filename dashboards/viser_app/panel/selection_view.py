@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, final
 from markupsafe import Markup
 
 from dashboards.panels.markup import error_line
-from dashboards.viser_app.session import Session
+from dashboards.viser_app.session import BrowserSession
 from replayers.batch.store import SUFFIX
 from workbench.errors import LiosError
 
@@ -28,7 +28,7 @@ class SelectionView:
         session: of the browser; its library has a folder.
     """
 
-    def __init__(self, session: Session, folder: Path) -> None:
+    def __init__(self, session: BrowserSession, folder: Path) -> None:
         self._handle = session.client.gui.add_html("")
         self._folder = folder
         threading.Thread(target=self._fill, name="selection", daemon=True).start()

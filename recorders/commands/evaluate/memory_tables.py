@@ -68,16 +68,16 @@ def show_tasks(request: TaskRequest, rates: Path | None, output: Path | None, *,
 
     Raises:
         InputError: as show_searches.
-        NoHouse: no house supports a scenario.
+        NoSupportingHouse: no house supports a scenario.
     """
     from recorders.earlier_runs import move_rates
     from workbench.evaluation.memory.tasks import MemoryTasks, remembered_tasks
-    from workbench.evaluation.tasks.experiment import NoHouse, plan_trials
+    from workbench.evaluation.tasks.experiment import NoSupportingHouse, plan_trials
 
     require_free(_file(output), force=force)
     planned = plan_trials(request)
     if not planned.keys:
-        raise NoHouse(request)
+        raise NoSupportingHouse(request)
     named = tuple(name for name in request.strategies if name.partition("@")[0] != "oracle")
     settings = MemoryTasks(
         strategies=(DEFAULT,) if len(named) > 1 and DEFAULT in named and _all_named(named) else named,

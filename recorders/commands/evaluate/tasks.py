@@ -26,7 +26,7 @@ from workbench.parameters import Option
 if TYPE_CHECKING:
     from workbench.evaluation.beliefs.fold_weights import FoldSplit
     from workbench.evaluation.tasks.cell_filter import CellFilter
-    from workbench.evaluation.tasks.experiment import Plan, TaskRequest
+    from workbench.evaluation.tasks.experiment import PlannedTrials, TaskRequest
     from workbench.evaluation.tasks.rows import TaskRow
     from workbench.evaluation.tasks.store import TrialStore
 
@@ -140,7 +140,7 @@ def tasks(
         _show_cells(chosen, planned, json=json)
         return
     if not planned.keys:
-        raise experiment.NoHouse(request)
+        raise experiment.NoSupportingHouse(request)
     how = _TrialOptions(meant, fold_split, output, workers, scheduler, record)
     with TrialStore(output, request, force=force) if output else nullcontext() as store:
         rows = _run(request, planned, store, how)
@@ -161,7 +161,7 @@ class _TrialOptions(NamedTuple):
     record: bool
 
 
-def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _TrialOptions) -> list[TaskRow]:
+def _run(request: TaskRequest, planned: PlannedTrials, store: TrialStore | None, how: _TrialOptions) -> list[TaskRow]:
     """Run the missing trials; returns all rows."""
     from recorders.task_trials import TrialRecorder
     from workbench.evaluation.beliefs.fold_training import trained_per_fold
@@ -192,7 +192,7 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Tr
     return done
 
 
-def _show_cells(chosen: list[tuple[str, str]], planned: Plan, *, json: bool) -> None:
+def _show_cells(chosen: list[tuple[str, str]], planned: PlannedTrials, *, json: bool) -> None:
     from workbench.terminal import emit_json, emit_table, say
 
     counted = [
@@ -218,7 +218,7 @@ def _write(answer: dict[str, Any], folder: Path) -> None:
     write_atomically(folder / "table.md", (markdown(answer["rows"]) + f"\n{words}.\n").encode())
 
 
-def _say_refused(planned: Plan) -> None:
+def _say_refused(planned: PlannedTrials) -> None:
     from workbench.terminal import say
 
     for scenario, fine in planned.houses.items():

@@ -24,6 +24,14 @@ Certificate = Annotated[
     Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
 ]
 SpeedLimit = Annotated[float | None, Option("--speed", help="Speed limit in m/s.")]
+StopWithin = Annotated[
+    float,
+    Option(
+        "--stop-within",
+        help="Metres that the robot walks on at most when this program or the network dies; more metres ride out "
+        "longer hiccups of the network.",
+    ),
+]
 LookSeconds = Annotated[float, Option("--look", help="Duration of a look in seconds.")]
 ImagesHz = Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")]
 Cameras = Annotated[str, Option("--cameras", help="Image sources, comma-separated.")]
@@ -39,7 +47,7 @@ ContinueAfterOutage = Annotated[
 ]
 DryRun = Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")]
 
-LOOK_S, IMAGES_HZ = 6.0, 2.0
+LOOK_S, IMAGES_HZ, STOP_WITHIN_M = 6.0, 2.0, 0.5
 MAX_SPEED_MPS = 1.6
 """Spot's own speed limit."""
 FRONT_CAMERAS = "frontleft_fisheye_image,frontright_fisheye_image"
@@ -64,6 +72,7 @@ class RunOptions:
     """The options that `lios spot run` and `lios spot resume` have in common."""
 
     speed: SpeedLimit = None
+    stop_within: StopWithin = STOP_WITHIN_M
     look: LookSeconds = LOOK_S
     images_hz: ImagesHz = IMAGES_HZ
     cameras: Cameras = FRONT_CAMERAS
@@ -92,6 +101,7 @@ class RunOptions:
             raise OutputExists(output)
         if self.speed is not None and not 0 < self.speed <= MAX_SPEED_MPS:
             raise BadValue("--speed", self.speed, f"more than 0 and at most {MAX_SPEED_MPS} m/s, Spot's own limit")
+        check_within("--stop-within", self.stop_within, 0.1, 5)
         check_within("--look", self.look, 0.1, 600)
         check_within("--images-hz", self.images_hz, 0, 60)
 
@@ -100,7 +110,11 @@ class RunOptions:
         from recorders.spot.run.run_settings import RunSettings
 
         return RunSettings(
-            speed_mps=self.speed, look_s=self.look, furniture_open=self.furniture_open, resume=self.resume
+            speed_mps=self.speed,
+            stop_within_m=self.stop_within,
+            look_s=self.look,
+            furniture_open=self.furniture_open,
+            resume=self.resume,
         )
 
     def rates(self) -> Rates:

@@ -70,7 +70,7 @@ def record(
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
-    from recorders.sinks.files import Split
+    from recorders.sinks.files import SplitLimits
     from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.record_session import SessionPlan, record_session
@@ -97,7 +97,7 @@ def record(
         task=None if task is None else site_task(task, place),
         rates=Rates(images_hz=images_hz, state_hz=state_hz, raw=raw, cameras=camera_names(cameras)),
         for_s=for_s,
-        split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
+        split=SplitLimits(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
         furniture_open=furniture_open,
         operator_name=operator,

@@ -38,8 +38,8 @@ def run(
 
     Keys: space or s stops the robot and ends the run, p pauses it and g lets it go on, k skips the container at hand,
     i says that an item is there, n marks the moment. A status line shows battery, localisation, link, tags and what
-    is next. Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by
-    itself.
+    is next. Without an arm, an operator confirms by key. A robot that gets no command stops by itself, within
+    --stop-within.
 
     Examples:
 

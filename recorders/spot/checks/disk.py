@@ -5,13 +5,13 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from recorders.spot.checks.findings import Finding, fine, forbids, warning
+from recorders.spot.checks.findings import CheckFinding, fine, forbids, warning
 
 WARNING_MINUTES, MIN_MINUTES = 60.0, 10.0
 """Minutes of recording below which the disk is worth a warning, and below which it forbids a run."""
 
 
-def disk_finding(output: Path, bytes_per_s: float) -> Finding:
+def disk_finding(output: Path, bytes_per_s: float) -> CheckFinding:
     """For how many minutes of recording the disk has room.
 
     Args:

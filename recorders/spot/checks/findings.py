@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class Level(StrEnum):
+class CheckLevel(StrEnum):
     """What a finding means for a run."""
 
     OK = "ok"
@@ -16,7 +16,7 @@ class Level(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class CheckFinding:
     """One line of a check.
 
     Attributes:
@@ -25,30 +25,30 @@ class Finding:
     """
 
     subject: str
-    level: Level
+    level: CheckLevel
     text: str
 
     def as_json(self) -> dict[str, str]:
         return {"subject": self.subject, "level": self.level.value, "text": self.text}
 
 
-def fine(subject: str, text: str) -> Finding:
-    return Finding(subject=subject, level=Level.OK, text=text)
+def fine(subject: str, text: str) -> CheckFinding:
+    return CheckFinding(subject=subject, level=CheckLevel.OK, text=text)
 
 
-def warning(subject: str, text: str) -> Finding:
-    return Finding(subject=subject, level=Level.WARNING, text=text)
+def warning(subject: str, text: str) -> CheckFinding:
+    return CheckFinding(subject=subject, level=CheckLevel.WARNING, text=text)
 
 
-def forbids(subject: str, text: str) -> Finding:
-    return Finding(subject=subject, level=Level.FORBIDS, text=text)
+def forbids(subject: str, text: str) -> CheckFinding:
+    return CheckFinding(subject=subject, level=CheckLevel.FORBIDS, text=text)
 
 
-def forbid_a_run(findings: Iterable[Finding]) -> bool:
+def forbid_a_run(findings: Iterable[CheckFinding]) -> bool:
     """Whether a run must not begin."""
-    return any(finding.level is Level.FORBIDS for finding in findings)
+    return any(finding.level is CheckLevel.FORBIDS for finding in findings)
 
 
-def in_lines(findings: Iterable[Finding]) -> str:
+def in_lines(findings: Iterable[CheckFinding]) -> str:
     """One line a finding: its level, its subject, its text."""
     return "\n".join(f"{finding.level:<8} {finding.subject:<13} {finding.text}" for finding in findings)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bosdyn.api.graph_nav import map_pb2
 
-from recorders.spot.checks.findings import Finding, fine, forbids, warning
+from recorders.spot.checks.findings import CheckFinding, fine, forbids, warning
 from recorders.spot.client.graph_nav_map import graph_hash, waypoint_ids
 from recorders.spot.client.map_upload import read_map_folder
 from workbench.errors import LiosError
@@ -19,7 +19,7 @@ SUBJECT = "map"
 
 def map_findings(
     graph: map_pb2.Graph, site: Site, *, snapshots: Iterable[map_pb2.WaypointSnapshot] = ()
-) -> list[Finding]:
+) -> list[CheckFinding]:
     """Findings about a map.
 
     Args:
@@ -52,7 +52,7 @@ def map_fiducials(graph: map_pb2.Graph, snapshots: Iterable[map_pb2.WaypointSnap
     return frozenset(anchored | seen)
 
 
-def folder_findings(folder: Path, site: Site) -> tuple[list[Finding], map_pb2.Graph | None]:
+def folder_findings(folder: Path, site: Site) -> tuple[list[CheckFinding], map_pb2.Graph | None]:
     """Findings about a map's folder, which needs no robot; the graph is None where it cannot be uploaded."""
     try:
         graph, snapshots, _ = read_map_folder(folder)
@@ -61,7 +61,7 @@ def folder_findings(folder: Path, site: Site) -> tuple[list[Finding], map_pb2.Gr
     return map_findings(graph, site, snapshots=snapshots.values()), graph
 
 
-def _fiducials(graph: map_pb2.Graph, site: Site, snapshots: Iterable[map_pb2.WaypointSnapshot]) -> list[Finding]:
+def _fiducials(graph: map_pb2.Graph, site: Site, snapshots: Iterable[map_pb2.WaypointSnapshot]) -> list[CheckFinding]:
     known = map_fiducials(graph, snapshots)
     both = sorted(known & set(site.tags))
     if both:

@@ -14,7 +14,7 @@ from bosdyn.api.docking import docking_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2
 
 from recorders.spot.checks.disk import disk_finding
-from recorders.spot.checks.findings import Finding, fine, forbids, warning
+from recorders.spot.checks.findings import CheckFinding, fine, forbids, warning
 from recorders.spot.checks.map_checks import map_findings
 from recorders.spot.client.battery import START_PERCENT, charge_percent, left_minutes
 from recorders.spot.client.clock import SyncedClock
@@ -53,12 +53,12 @@ class CheckPlan:
     new_map: map_pb2.Graph | None = None
 
 
-def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> list[Finding]:
+def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> list[CheckFinding]:
     """All findings about a robot and about the disk of the log `output`; the robot is asked only, nothing is changed.
 
     A service that does not answer is a separate finding, so that one missing service hides no other.
     """
-    parts: tuple[tuple[str, Callable[[Connection, CheckPlan], list[Finding]], bool], ...] = (
+    parts: tuple[tuple[str, Callable[[Connection, CheckPlan], list[CheckFinding]], bool], ...] = (
         ("robot", _identity, False),
         ("services", _services, True),
         ("disk", lambda robot, wanted: [_disk(robot, wanted, output)], False),
@@ -74,7 +74,7 @@ def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> lis
         ("licence", _licence, False),
         ("arm", _arm, True),
     )
-    found: list[Finding] = []
+    found: list[CheckFinding] = []
     for subject, look, needed in parts:
         try:
             found += look(connection, plan)
@@ -84,7 +84,7 @@ def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> lis
     return found
 
 
-def _disk(connection: Connection, plan: CheckPlan, output: Path) -> Finding:
+def _disk(connection: Connection, plan: CheckPlan, output: Path) -> CheckFinding:
     """The room for a log, by the size of one answer of each service and the default rates."""
     state: robot_state_pb2.RobotState = connection.client("robot-state").get_robot_state(timeout=connection.timeout_s)
     per_s = STATE_HZ * 2 * state.ByteSize()  # as received, and as the transforms and odometry derived from it
@@ -96,7 +96,7 @@ def _disk(connection: Connection, plan: CheckPlan, output: Path) -> Finding:
     return disk_finding(output, per_s)
 
 
-def _identity(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _identity(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     robot_id: robot_id_pb2.RobotId = connection.client("robot-id").get_id(timeout=connection.timeout_s)
     has, ours = SoftwareVersion.of(robot_id), client_version()
     name = f"{robot_id.nickname or 'no nickname'}, serial {robot_id.serial_number}"
@@ -110,7 +110,7 @@ def _identity(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [fine("robot", name), said]
 
 
-def _services(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _services(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     needed = services_of_a_run(plan.site, plan.cameras)
     missing = missing_services(connection, needed)
     if missing:
@@ -120,7 +120,7 @@ def _services(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [fine("services", f"all {len(needed)} that a run needs")]
 
 
-def _estop(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _estop(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     status: estop_pb2.EstopSystemStatus = connection.client("estop").get_status(timeout=connection.timeout_s)
     owners = ", ".join(e.endpoint.name or e.endpoint.role or "unnamed" for e in status.endpoints)
     level = estop_pb2.EstopStopLevel.Name(status.stop_level).removeprefix("ESTOP_LEVEL_")
@@ -135,7 +135,7 @@ def _estop(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [fine("e-stop", text)]
 
 
-def _lease(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _lease(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     listed: list[lease_pb2.LeaseResource] = connection.client("lease").list_leases(timeout=connection.timeout_s)
     owners = sorted(
         {one.lease_owner.client_name for one in listed if one.lease_owner.client_name and not one.is_stale}
@@ -148,7 +148,7 @@ def _lease(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [forbids("lease", f"{held}: release control there, or give --take-lease")]
 
 
-def _power_and_faults(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _power_and_faults(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     state: robot_state_pb2.RobotState = connection.client("robot-state").get_robot_state(timeout=connection.timeout_s)
     found = [_battery(state)]
     if state.power_state.shore_power_state == robot_state_pb2.PowerState.SHORE_POWER_STATE_ON:
@@ -168,7 +168,7 @@ def _power_and_faults(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return found
 
 
-def _battery(state: robot_state_pb2.RobotState) -> Finding:
+def _battery(state: robot_state_pb2.RobotState) -> CheckFinding:
     charge, left = charge_percent(state), left_minutes(state)
     if charge is None:
         return warning("battery", "the robot reports no charge")
@@ -178,7 +178,7 @@ def _battery(state: robot_state_pb2.RobotState) -> Finding:
     return fine("battery", text)
 
 
-def _dock(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _dock(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     state: docking_pb2.DockState = connection.client("docking").get_docking_state(timeout=connection.timeout_s)
     known = plan.site.robot.dock
     if state.status == docking_pb2.DockState.DOCK_STATUS_UNDOCKED:
@@ -189,14 +189,14 @@ def _dock(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [forbids("dock", f"{name}: undock with the tablet, or name the dock in the site (robot: dock)")]
 
 
-def _map(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _map(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     graph: map_pb2.Graph = connection.client("graph-nav-service").download_graph(timeout=MAP_TIMEOUT_S)
     if plan.new_map is None:
         return map_findings(graph, plan.site)
     return [fine("robot's map", f"{len(graph.waypoints)} waypoints; --map would replace it")]
 
 
-def _localization(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _localization(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     state: graph_nav_pb2.GetLocalizationStateResponse = connection.client("graph-nav-service").get_localization_state(
         timeout=connection.timeout_s
     )
@@ -210,7 +210,7 @@ def _localization(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [(warning if age_s > OLD_LOCALIZATION_S else fine)("localisation", text)]
 
 
-def _cameras(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _cameras(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     client = connection.client("image")
     known = sorted(source.name for source in client.list_image_sources(timeout=connection.timeout_s))
     found = [
@@ -231,7 +231,7 @@ def _cameras(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return found
 
 
-def _link(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _link(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     trips: list[float] = []
     for _ in range(TRIPS):
         began = time.monotonic()
@@ -241,7 +241,7 @@ def _link(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [(warning if median(trips) > SLOW_S else fine)("link", text)]
 
 
-def _clock(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _clock(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     clock = connection.clock
     skew_s = clock.skew_ns() / 1e9
     text = f"the robot's is {abs(skew_s):.3f} s {'ahead' if skew_s >= 0 else 'behind'}"
@@ -250,7 +250,7 @@ def _clock(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [(warning if abs(skew_s) > SKEW_S else fine)("clock", text)]
 
 
-def _licence(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _licence(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     info: license_pb2.LicenseInfo = connection.client("license").get_license_info(timeout=connection.timeout_s)
     features = ", ".join(info.licensed_features) or "no features named"
     if info.status == license_pb2.LicenseInfo.STATUS_VALID:
@@ -259,7 +259,7 @@ def _licence(connection: Connection, plan: CheckPlan) -> list[Finding]:
     return [forbids("licence", f"{name}: the robot may refuse GraphNav and its arm")]
 
 
-def _arm(connection: Connection, plan: CheckPlan) -> list[Finding]:
+def _arm(connection: Connection, plan: CheckPlan) -> list[CheckFinding]:
     there = connection.robot.has_arm(timeout=connection.timeout_s)
     if there == plan.site.robot.arm:
         return [fine("arm", "as the site says" if there else "none; a helper hands things over")]

@@ -74,6 +74,7 @@ class Control:
         lease_lost: an event, set when the lease is lost.
         before_rest: called before the robot sits down, while it still stands; it must not raise.
         estop_guard: names of the endpoints whose emergency stop guards the run; "" before control is taken.
+        estop_replaced: names of the endpoints that ours replaced; "" if there were none.
 
     Raises:
         LeaseTaken, Estopped, NoEstop, NotReady, RobotUnreachable, ServiceMissing.
@@ -97,7 +98,7 @@ class Control:
         self._dock = dock
         self.before_rest: Callable[[], None] | None = None
         self.returned = False
-        self.estop_guard = ""
+        self.estop_guard = self.estop_replaced = ""
 
     def __enter__(self) -> Self:
         try:
@@ -127,6 +128,14 @@ class Control:
     def held(self) -> bool:
         """Whether the lease is currently held."""
         return self._lease is not None
+
+    def estop_in_words(self) -> str:
+        """Whose emergency stop guards the run, and what it does if this program is killed."""
+        if self._estop is None:
+            return f"The e-stop of {self.estop_guard} guards this run: if this program is killed, the motors stay on"
+        return (
+            f"Our own e-stop guards this run: it stops the robot {ESTOP_TIMEOUT_S:g} s after this program is killed"
+        )
 
     def stop(self) -> None:
         """Stop the robot where it is, if it is reachable."""
@@ -179,8 +188,8 @@ class Control:
             if status.stop_level != estop_pb2.ESTOP_LEVEL_NONE:
                 raise Estopped(str(self._connection.address))
             self.estop_guard = guards
-            log.info("the e-stop of %s guards this run", guards)
             return
+        self.estop_replaced = guards
         if guards:
             log.warning("--own-estop replaces the e-stop of %s", guards)
         stepped = isinstance(self._connection.clock, SteppedSessionClock)
@@ -194,7 +203,6 @@ class Control:
         self._estop = EstopKeepAlive(endpoint)
         self._estop.allow()
         self.estop_guard = ESTOP_NAME
-        log.info("our own e-stop guards this run: it stops the robot %g s after this program falls silent", silent_s)
 
     def _check_battery(self) -> None:
         charge = charge_percent(self._connection.client("robot-state").get_robot_state())

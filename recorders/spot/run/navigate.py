@@ -33,6 +33,8 @@ _Goal = Callable[[int | None], int]
 
 TURN_LIMIT = 1.0
 """Angular speed limit in radians per second."""
+RENEWALS = 4
+"""How often a command to walk is renewed while it holds, if the network is fast enough."""
 MIN_TIME_LIMIT_S = 20.0
 """Time allowance in seconds of every walk, added to walk_factor times its expected time."""
 UNKNOWN_M = 20.0
@@ -41,7 +43,7 @@ LEASE_LOST = "the lease was lost: another client commands the robot"
 IMPAIRED = "the robot is impaired: stopped, or its motors are off"
 
 
-class Ending(StrEnum):
+class WalkEnding(StrEnum):
     """What the end of a walk means for the run.
 
     Attributes:
@@ -65,7 +67,7 @@ class Ending(StrEnum):
 class WalkEnd:
     """How a walk ended, and why, in words; "" on arrival."""
 
-    ending: Ending
+    ending: WalkEnding
     reason: str = ""
 
 
@@ -79,29 +81,30 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
         RunStopped: the run cannot continue: stop, lost lease, impaired robot, or network down.
     """
     settings = world.settings
+    hold_s = hold_of(world)
     pose = world.site.paths.standing_pose(location)
     if pose is None:
-        return WalkEnd(ending=Ending.REFUSED, reason=f"no way leads to {location}")
+        return WalkEnd(ending=WalkEnding.REFUSED, reason=f"no way leads to {location}")
     _note_place(world, walked)
     limit_ns = world.now_ns() + round((MIN_TIME_LIMIT_S + settings.walk_factor * _expected_s(world, pose)) * 1e9)
     goal, number, sent_ns = navigation_goal(world, location, pose), None, 0
-    status, ending = _Feedback.STATUS_FOLLOWING_ROUTE, Ending.GOING
-    while ending in (Ending.GOING, Ending.TIMED_OUT):
+    status, ending = _Feedback.STATUS_FOLLOWING_ROUTE, WalkEnding.GOING
+    while ending in (WalkEnding.GOING, WalkEnding.TIMED_OUT):
         if world.now_ns() > limit_ns:
             world.control.stop()
-            return WalkEnd(ending=Ending.TRY_AGAIN, reason="navigation took too long")
+            return WalkEnd(ending=WalkEnding.TRY_AGAIN, reason="navigation took too long")
         try:
-            if ending is Ending.TIMED_OUT:
+            if ending is WalkEnding.TIMED_OUT:
                 world.go_on_after("it got no command in time, and stands")
                 number = None
-            if number is None or world.now_ns() - sent_ns > settings.dead_man_s / 3 * 1e9:
+            if number is None or world.now_ns() - sent_ns >= hold_s / RENEWALS * 1e9:
                 number, sent_ns = renew_navigation(world, goal, number), world.now_ns()
-            world.wait(settings.poll_s)
+            world.wait(min(settings.poll_s, hold_s / RENEWALS))
             if world.requests.take_skip():
                 world.control.stop()
-                return WalkEnd(ending=Ending.REFUSED, reason=SKIPPED)
+                return WalkEnd(ending=WalkEnding.REFUSED, reason=SKIPPED)
             if world.requests.paused:
-                limit_ns, number, ending = limit_ns + _stand_while_paused(world), None, Ending.GOING
+                limit_ns, number, ending = limit_ns + _stand_while_paused(world), None, WalkEnding.GOING
                 continue
             status = _status(world, number)
             world.check_battery()
@@ -111,10 +114,10 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
             raise RunStopped(IMPAIRED) from error
         except ResponseError as error:
             world.control.stop()
-            return WalkEnd(ending=Ending.TRY_AGAIN, reason=f"the robot refuses to go ({reason_of(error)})")
-        ending = ENDINGS.get(status, Ending.REFUSED)
+            return WalkEnd(ending=WalkEnding.TRY_AGAIN, reason=f"the robot refuses to go ({reason_of(error)})")
+        ending = ENDINGS.get(status, WalkEnding.REFUSED)
         _note_place(world, walked)
-    if ending is not Ending.ARRIVED:
+    if ending is not WalkEnding.ARRIVED:
         world.control.stop()
     return _how_it_ended(status, ending)
 
@@ -134,8 +137,8 @@ def _stand_while_paused(world: SpotWorld) -> int:
     return world.now_ns() - began_ns
 
 
-def _how_it_ended(status: _Status, ending: Ending) -> WalkEnd:
-    if ending is Ending.ARRIVED:
+def _how_it_ended(status: _Status, ending: WalkEnding) -> WalkEnd:
+    if ending is WalkEnding.ARRIVED:
         return WalkEnd(ending=ending)
     if status in _IN_WORDS:
         reason = _IN_WORDS[status]
@@ -143,7 +146,7 @@ def _how_it_ended(status: _Status, ending: Ending) -> WalkEnd:
         reason = f"navigation ended with {_Feedback.Status.Name(status).removeprefix('STATUS_').lower()}"
     else:
         reason = f"navigation ended with a status that this client does not know ({status})"
-    if ending is Ending.STOPS_RUN:
+    if ending is WalkEnding.STOPS_RUN:
         raise RunStopped(reason)
     return WalkEnd(ending=ending, reason=reason)
 
@@ -160,8 +163,7 @@ def _status(world: SpotWorld, number: int) -> _Status:
 
 
 def renew_navigation(world: SpotWorld, goal: _Goal, number: int | None) -> int:
-    """Extend the command to walk to a goal by dead_man_s; returns the command id, a new one if the robot has lost
-    the old.
+    """Let the command to walk to a goal hold anew; returns the command id, a new one if the robot has lost the old.
 
     Without renewed commands the robot stops by itself, whatever the cause.
 
@@ -186,7 +188,7 @@ def _note_place(world: SpotWorld, walked: WalkLog) -> None:
 
 def navigation_goal(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal:
     """The goal for GraphNav: a waypoint, else a pose in the seed frame at body height."""
-    client, timeout_s, lasts_s = world.graph_nav(), world.connection.timeout_s, world.settings.dead_man_s
+    client, timeout_s, lasts_s = world.graph_nav(), world.connection.timeout_s, hold_of(world)
     travel = GraphNavClient.generate_travel_params(0.25, 0.2, speed_limit(speed_of(world)))
     waypoint = world.site.waypoints.get(location)
     if waypoint:
@@ -214,6 +216,16 @@ def speed_of(world: SpotWorld) -> float:
     return world.settings.speed_mps or world.site.robot.speed_mps
 
 
+def hold_of(world: SpotWorld) -> float:
+    """How long a command to walk holds without being renewed, in seconds.
+
+    Boston Dynamics' own example sends commands that hold for 1 s, twice a second, so that they end soon when the
+    program is killed (spot-sdk, graph_nav_command_line.py); with its id a command is continued, not begun anew
+    (graph_nav.proto, NavigateToRequest.command_id).
+    """
+    return world.settings.hold_s(speed_of(world))
+
+
 def speed_limit(speed_mps: float) -> geometry_pb2.SE2VelocityLimit:
     """A speed limit in every direction."""
     top = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=speed_mps, y=speed_mps), angular=TURN_LIMIT)
@@ -221,22 +233,22 @@ def speed_limit(speed_mps: float) -> geometry_pb2.SE2VelocityLimit:
     return geometry_pb2.SE2VelocityLimit(max_vel=top, min_vel=least)
 
 
-ENDINGS: Mapping[_Status, Ending] = MappingProxyType(
+ENDINGS: Mapping[_Status, WalkEnding] = MappingProxyType(
     {
-        _Feedback.STATUS_FOLLOWING_ROUTE: Ending.GOING,
-        _Feedback.STATUS_COMMAND_TIMED_OUT: Ending.TIMED_OUT,
-        _Feedback.STATUS_REACHED_GOAL: Ending.ARRIVED,
-        _Feedback.STATUS_STUCK: Ending.TRY_AGAIN,
-        _Feedback.STATUS_LOST: Ending.LOCALIZE,
-        _Feedback.STATUS_NO_LOCALIZATION: Ending.LOCALIZE,
-        _Feedback.STATUS_NOT_LOCALIZED_TO_ROUTE: Ending.LOCALIZE,
-        _Feedback.STATUS_NO_ROUTE: Ending.REFUSED,
-        _Feedback.STATUS_CONSTRAINT_FAULT: Ending.REFUSED,
-        _Feedback.STATUS_AREA_CALLBACK_ERROR: Ending.REFUSED,
-        _Feedback.STATUS_UNKNOWN: Ending.REFUSED,
-        _Feedback.STATUS_ROBOT_IMPAIRED: Ending.STOPS_RUN,
-        _Feedback.STATUS_COMMAND_OVERRIDDEN: Ending.STOPS_RUN,
-        _Feedback.STATUS_LEASE_ERROR: Ending.STOPS_RUN,
+        _Feedback.STATUS_FOLLOWING_ROUTE: WalkEnding.GOING,
+        _Feedback.STATUS_COMMAND_TIMED_OUT: WalkEnding.TIMED_OUT,
+        _Feedback.STATUS_REACHED_GOAL: WalkEnding.ARRIVED,
+        _Feedback.STATUS_STUCK: WalkEnding.TRY_AGAIN,
+        _Feedback.STATUS_LOST: WalkEnding.LOCALIZE,
+        _Feedback.STATUS_NO_LOCALIZATION: WalkEnding.LOCALIZE,
+        _Feedback.STATUS_NOT_LOCALIZED_TO_ROUTE: WalkEnding.LOCALIZE,
+        _Feedback.STATUS_NO_ROUTE: WalkEnding.REFUSED,
+        _Feedback.STATUS_CONSTRAINT_FAULT: WalkEnding.REFUSED,
+        _Feedback.STATUS_AREA_CALLBACK_ERROR: WalkEnding.REFUSED,
+        _Feedback.STATUS_UNKNOWN: WalkEnding.REFUSED,
+        _Feedback.STATUS_ROBOT_IMPAIRED: WalkEnding.STOPS_RUN,
+        _Feedback.STATUS_COMMAND_OVERRIDDEN: WalkEnding.STOPS_RUN,
+        _Feedback.STATUS_LEASE_ERROR: WalkEnding.STOPS_RUN,
     }
 )
 """Every feedback status of navigate_to (graph_nav.proto, NavigationFeedbackResponse); others are refused."""

@@ -82,6 +82,11 @@ class RobotRun:
     show_status: Callable[[SessionStatus], None] | None = None
     memory: Memory | None = None
 
+    @property
+    def speed_mps(self) -> float:
+        """The speed limit that is sent with every command to walk: that of the run, else the site's."""
+        return self.settings.speed_mps or self.site.robot.speed_mps
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunReport:
@@ -130,6 +135,7 @@ def run_and_record(
         _localize_and_set_start(world, run, held)
         if not control.held:
             held.enter_context(control)
+        say(f"{control.estop_in_words()}, and a walk ends within {run.settings.stop_within_m:g} m")
         if run.earlier is not None:
             say(run.earlier.in_words())
             look_where_items_were_put(world, run.earlier)
@@ -279,7 +285,9 @@ def setup_of(run: RobotRun) -> RunSetup:
 
     Raises:
         UnknownName: no such strategy or estimator.
+        BadValue: the robot is so fast that it could not stop within the permitted way.
     """
+    run.settings.check_hold(run.speed_mps)
     house = None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
     return set_up(
         run.task,
@@ -298,7 +306,8 @@ def _settings(run: RobotRun) -> dict[str, object]:
     return {
         "site": run.site.path.name,
         "travel": run.site.travel_source,
-        "speed_mps": driven.speed_mps or run.site.robot.speed_mps,
+        "speed_mps": run.speed_mps,
+        "stop_within_m": driven.stop_within_m,
         "look_s": driven.look_s,
         "furniture_open": driven.furniture_open,
         "resume": driven.resume,
@@ -332,6 +341,7 @@ def _as_found(world: SpotWorld, run: RobotRun) -> dict[str, object]:
     localized = None if world.localized is None else asdict(world.localized)
     return {
         "estop_guard": world.control.estop_guard,
+        "estop_replaced": world.control.estop_replaced,
         "localization": localized,
         **settings_of(run.earlier, world.known),
     }

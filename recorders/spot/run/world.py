@@ -29,7 +29,7 @@ from recorders.spot.client.seed_frame import on_map
 from recorders.spot.run.localize import localize_by_fiducial
 from recorders.spot.run.look_around import look_around
 from recorders.spot.run.manipulation import ArmManipulator, Handling, HelperManipulator, Manipulator, Picked
-from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
+from recorders.spot.run.navigate import LEASE_LOST, WalkEnd, WalkEnding, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
 from recorders.spot.run.operator_requests import SKIPPED, OperatorRequests
 from recorders.spot.run.run_settings import RunSettings
@@ -129,19 +129,19 @@ class SpotWorld:
         self.check_battery()
         if location != self.at:
             self.requests.forget()
-        ended = WalkEnd(ending=Ending.REFUSED)
+        ended = WalkEnd(ending=WalkEnding.REFUSED)
         for attempt in range(self.settings.attempts):
             if attempt:
                 self.wait(self.settings.retry_s)
             if not self._localize():
-                ended = WalkEnd(ending=Ending.LOCALIZE, reason="the robot does not know where it is, and stays")
+                ended = WalkEnd(ending=WalkEnding.LOCALIZE, reason="the robot does not know where it is, and stays")
                 continue
             ended = walk(self, location, walked)
-            if ended.ending is Ending.ARRIVED:
+            if ended.ending is WalkEnding.ARRIVED:
                 self.at, end_ns = location, self.now_ns()
                 return ActionDone(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
             self.tell(f"On the way to {location}: {ended.reason}")
-            if ended.ending is Ending.REFUSED:
+            if ended.ending is WalkEnding.REFUSED:
                 break
         return ActionRefused(
             start_ns=start_ns,
@@ -342,7 +342,7 @@ class SpotWorld:
 
     def _came_back(self, asked_ns: int, *, failed: bool) -> None:
         away_s = (self.now_ns() - asked_ns) / 1e9
-        if failed and away_s > self.settings.dead_man_s:
+        if failed and away_s > self.settings.outage_s:
             self.go_on_after(f"no contact for {away_s:.0f} s")
 
     def graph_nav(self) -> Any:

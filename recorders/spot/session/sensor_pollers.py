@@ -33,10 +33,12 @@ from recorders.spot.session.topics import (
     WORLD_OBJECTS,
     ClockSkew,
     RobotStatus,
+    TagPoll,
 )
-from recorders.spot.tags.detections import TagDetection, place_on_map, robot_detections
+from recorders.spot.tags.detections import Detector, TagDetection, place_on_map, robot_detections
 from recorders.spot.tags.pictures import (
     detector_cameras,
+    items_detector,
     picture_detections,
     relevant_detections,
     require_detector,
@@ -52,6 +54,8 @@ if TYPE_CHECKING:
 OURS = ("clock", "status")
 """Streams for which the robot is not asked."""
 FRESH_TAG_S = 2
+POLLS_HZ = 4
+"""How many polls for tags are logged at most, a second and detector."""
 STATUS_EVERY_NS = NANO - NANO // 20
 
 
@@ -75,6 +79,7 @@ class _SharedState:
         self.faults: tuple[str, ...] = ()
         self.calibrated: set[str] = set()
         self.detected_ns: dict[tuple[str, str, int], int] = {}
+        self.polled_ns: dict[Detector, int] = {}
 
 
 def sensor_streams(session: Session) -> tuple[SensorStream, ...]:
@@ -205,10 +210,31 @@ def _fiducials(session: Session, known: _SharedState) -> None:
         session.put(WORLD_OBJECTS, answer, source_ns=our_ns(session, answer.header.response_timestamp))
     found = robot_detections(answer.world_objects, session.connection.clock, tag_sizes(session.site))
     _tags(session, known, found)
+    _poll(session, known, Detector.ROBOT, found)
 
 
 def _pictures(session: Session, known: _SharedState) -> None:
-    _tags(session, known, picture_detections(session.connection, session.site))
+    found = picture_detections(session.connection, session.site)
+    _tags(session, known, found)
+    _poll(session, known, Detector.OPENCV, found)
+
+
+def _poll(session: Session, known: _SharedState, detector: Detector, found: Sequence[TagDetection]) -> None:
+    """Log that a detector was asked, and what it sees now: without that, nobody could tell a moment at which nothing
+    was seen from one at which nobody looked."""
+    now = session.now_ns()
+    if now - known.polled_ns.get(detector, 0) < NANO // POLLS_HZ * 9 // 10:
+        return
+    known.polled_ns[detector] = now
+    session.tell(
+        TagPoll(
+            stamp=Stamp.of(now),
+            detector=detector.value,
+            counts=items_detector(session.site) is detector,
+            localized=known.map_tform_odom is not None,
+            tags=tuple(sorted({seen.tag for seen in found if now - seen.stamp_ns < FRESH_TAG_S * NANO})),
+        )
+    )
 
 
 def _tags(session: Session, known: _SharedState, found: Sequence[TagDetection]) -> None:

@@ -3,6 +3,7 @@
 /robot/status       battery, motors, emergency stop, faults, lease owner            json  lios.spot.RobotStatus
 /robot/clock        by how much the robot's clock is ahead of ours                  json  lios.spot.ClockSkew
 /robot/detections   every detection of a tag: pose, range, place                    json  lios.spot.TagDetected
+/robot/tag_polls    every answer to which tags are seen, also where none is     json  lios.spot.TagPoll
 /session/gap        from when to when the robot was away                            json  lios.spot.Gap
 /session/status     link, tags seen now, messages dropped, room on the disk, next   json  lios.spot.SessionStatus
 /session/note       what the operator noted                                         json  lios.spot.Note
@@ -28,6 +29,7 @@ from workbench.log_schema.events import Stamp
 
 STATUS, CLOCK, GAP, NOTE = "/robot/status", "/robot/clock", "/session/gap", "/session/note"
 NOTE_EVENTS, SESSION_STATUS, DETECTIONS = "/notes", "/session/status", "/robot/detections"
+TAG_POLLS = "/robot/tag_polls"
 ROBOT_STATE, LOCALIZATION, WORLD_OBJECTS = "/spot/robot_state", "/spot/localization", "/spot/world_objects"
 ODOMETRY, FIDUCIALS, LOCAL_GRID, CAMERA = "/robot/odometry", "/robot/fiducials", "/robot/local_grid", "/camera"
 
@@ -132,7 +134,20 @@ class TagDetected(msgspec.Struct, frozen=True, kw_only=True):
     counts: bool = True
 
 
-SessionFact = SessionStatus | RobotStatus | ClockSkew | Gap | Note | TagDetected
+class TagPoll(msgspec.Struct, frozen=True, kw_only=True):
+    """A detector was asked which tags it sees, at stamp; tags are those of the last two seconds, [] if it saw none.
+
+    detector: robot or opencv; counts: whether looks go by it; localized: whether the robot knew its pose on the map.
+    """
+
+    stamp: Stamp
+    detector: str = "robot"
+    counts: bool = True
+    localized: bool
+    tags: tuple[int, ...]
+
+
+SessionFact = SessionStatus | RobotStatus | ClockSkew | Gap | Note | TagDetected | TagPoll
 TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {
     SessionStatus: SESSION_STATUS,
     RobotStatus: STATUS,
@@ -140,6 +155,7 @@ TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {
     Gap: GAP,
     Note: NOTE,
     TagDetected: DETECTIONS,
+    TagPoll: TAG_POLLS,
 }
 
 

@@ -19,7 +19,7 @@ from bosdyn.api import (
 )
 
 from recorders.spot.simulated.frames import stamp
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 
 SERVICES = {
     "directory": ("bosdyn.api.DirectoryService", "api.spot.robot"),
@@ -58,7 +58,7 @@ class Request(Protocol):
     def header(self) -> header_pb2.RequestHeader: ...
 
 
-def header_of(state: RobotState, request: Request, received_ns: int | None = None) -> header_pb2.ResponseHeader:
+def header_of(state: SimulatedState, request: Request, received_ns: int | None = None) -> header_pb2.ResponseHeader:
     """The response header for a request: the request's header with times of receipt and response."""
     now = state.clock.robot_ns()
     return header_pb2.ResponseHeader(
@@ -70,7 +70,7 @@ def header_of(state: RobotState, request: Request, received_ns: int | None = Non
 
 
 class Directory(directory_service_pb2_grpc.DirectoryServiceServicer):
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def GetServiceEntry(
@@ -100,7 +100,7 @@ def _entry(name: str) -> directory_pb2.ServiceEntry:
 class Auth(auth_service_pb2_grpc.AuthServiceServicer):
     """Issues a random token for valid credentials, which the interceptor then requires."""
 
-    def __init__(self, state: RobotState, username: str, password: str) -> None:
+    def __init__(self, state: SimulatedState, username: str, password: str) -> None:
         self._state, self._username, self._password = state, username, password
         self.tokens: set[str] = set()
         self.wrong = 0
@@ -125,7 +125,7 @@ class Auth(auth_service_pb2_grpc.AuthServiceServicer):
 
 
 class RobotIdentity(robot_id_service_pb2_grpc.RobotIdServiceServicer):
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def GetRobotId(
@@ -154,7 +154,7 @@ class RobotIdentity(robot_id_service_pb2_grpc.RobotIdServiceServicer):
 class DataBuffer(data_buffer_service_pb2_grpc.DataBufferServiceServicer):
     """Accepts comments and events, as the robot's log does."""
 
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def RecordOperatorComments(

@@ -45,7 +45,7 @@ class WalkState(StrEnum):
 
 
 @dataclass(slots=True)
-class Walk:
+class BodyWalk:
     """A walk in progress."""
 
     number: int
@@ -90,7 +90,7 @@ class Body:
     standing: bool = False
     posture_at_s: float = 0.0
     stuck: bool = False
-    walk: Walk | None = None
+    walk: BodyWalk | None = None
     speed_now: float = 0.0
     battery: float = 0.93
     odom: DeadReckoning = field(default_factory=lambda: DeadReckoning(0.004, 0.003))
@@ -126,7 +126,7 @@ class Body:
         """Whether standing up or sitting down is finished."""
         return self.lived_s - self.posture_at_s >= (STAND_S if self.standing else SIT_S)
 
-    def go(self, walk: Walk) -> None:
+    def go(self, walk: BodyWalk) -> None:
         self.halt(WalkState.STOPPED)
         self.stand(True)
         self.walk = walk
@@ -136,7 +136,7 @@ class Body:
         if self.walk is not None and self.walk.state is WalkState.WALKING:
             self.walk.state = state
 
-    def _step(self, walk: Walk, step: float) -> None:
+    def _step(self, walk: BodyWalk, step: float) -> None:
         if self.lived_s > walk.end_s:
             walk.state = WalkState.EXPIRED
             return
@@ -152,7 +152,7 @@ class Body:
         while left > ROUNDING and walk.state is WalkState.WALKING:
             left = self._towards(walk, left) if walk.corners else self._face(walk, left)
 
-    def _towards(self, walk: Walk, left: float) -> float:
+    def _towards(self, walk: BodyWalk, left: float) -> float:
         x, y = walk.corners[0]
         dx, dy = x - self.pose.x_m, y - self.pose.y_m
         far = hypot(dx, dy)
@@ -172,7 +172,7 @@ class Body:
             walk.corners.pop(0)
         return left - gone / walk.speed_mps
 
-    def _face(self, walk: Walk, left: float) -> float:
+    def _face(self, walk: BodyWalk, left: float) -> float:
         turn = 0.0 if walk.final_yaw_rad is None else wrapped(walk.final_yaw_rad - self.pose.yaw_rad)
         took = min(left, abs(turn) / TURN_RATE)
         self._move(0.0, 0.0, (1 if turn > 0 else -1) * TURN_RATE * took)

@@ -18,7 +18,7 @@ from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 
 from recorders.spot.client.software import SoftwareVersion
 from recorders.spot.client.time_source import RobotClock
-from recorders.spot.simulated.body import TOP_SPEED_MPS, Body, Walk, WalkState
+from recorders.spot.simulated.body import TOP_SPEED_MPS, Body, BodyWalk, WalkState
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import Fault, FaultKind
 from recorders.spot.simulated.leases import LeaseBook
@@ -62,7 +62,7 @@ class UntaggedItem(Malformed):
 
 
 @dataclass(slots=True)
-class Sighting:
+class LastSighting:
     """When and where a tag was last detected, in the map frame, and the body then: transforms are of that moment."""
 
     position: tuple[float, float, float]
@@ -83,7 +83,7 @@ class Grasp:
 
 
 @dataclass(slots=True)
-class RobotState:
+class SimulatedState:
     """The state shared by all services; hold `lock` (through `alive`) while using it.
 
     Attributes:
@@ -144,7 +144,7 @@ class RobotState:
     arm_goal: tuple[str, float, float, float] | None = None
     hides_tags: bool = False
     ends: list[tuple[float, FaultKind]] = field(default_factory=list)
-    sightings: dict[int, Sighting] = field(default_factory=dict)
+    sightings: dict[int, LastSighting] = field(default_factory=dict)
     grasp: Grasp | None = None
     arm_busy_until_s: float = 0.0
     gripper_open: bool = False
@@ -165,7 +165,7 @@ class RobotState:
         return self.body.standing or self.fiducials_from_floor
 
     @contextmanager
-    def alive(self) -> Generator[RobotState]:
+    def alive(self) -> Generator[SimulatedState]:
         """Simulate the body until now, and hold the lock."""
         with self.lock:
             self.catch_up()
@@ -244,7 +244,7 @@ class RobotState:
         number = self.number("walk")
         speed = min(self.body.speed_mps, speed_mps or self.body.speed_mps)
         self.body.go(
-            Walk(
+            BodyWalk(
                 number=number,
                 corners=list(corners[1:]),
                 final_yaw_rad=goal.yaw_rad if turn else None,
@@ -345,20 +345,20 @@ class RobotState:
             elif self._detects(thing):
                 noise = self.rng.normal(0.0, 0.005, 3)
                 x, y, z = (float(value) for value in np.add(thing.position, noise))
-                self.sightings[thing.tag] = Sighting(
+                self.sightings[thing.tag] = LastSighting(
                     (x, y, z), self.body.lived_s, self.clock.robot_ns(), then, thing.size_m
                 )
         for tag, (x, y, z) in self.fiducials.items():
             hung = TaggedThing(tag=tag, container=None, position=(x, y, z))
             if not self.hides_tags and sees(self.site, self.body.pose, hung):
-                self.sightings[tag] = Sighting((x, y, z), lived_s, robot_ns, then, hung.size_m)
+                self.sightings[tag] = LastSighting((x, y, z), lived_s, robot_ns, then, hung.size_m)
         for tag in [t for t, seen in self.sightings.items() if self.body.lived_s - seen.body_s > FORGET_S]:
             del self.sightings[tag]
 
 
 def new_state(
     site: Site, house: House, clock: RobotClock, *, faults: tuple[Fault, ...] = (), seed: int = 0
-) -> RobotState:
+) -> SimulatedState:
     """A robot that sits at the site's start with its motors off, not localised.
 
     Raises:
@@ -372,7 +372,7 @@ def new_state(
                 raise UntaggedItem(item.id, site)
             thing = thing_in(tag_of[item.id], site.plan.container(name), place)
             things.append(replace(thing, size_m=site.file.tags[thing.tag].size_m))
-    return RobotState(
+    return SimulatedState(
         site=site,
         house=house,
         clock=clock,

@@ -21,7 +21,7 @@ from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.body import BATTERY_S, Motors, wrapped
 from recorders.spot.simulated.camera import CAMERAS, camera_frame, camera_mount
 from recorders.spot.simulated.frames import frame_tree, height_of, in_body, kinematics, stamp
-from recorders.spot.simulated.robot import RobotState, Sighting
+from recorders.spot.simulated.robot import LastSighting, SimulatedState
 from recorders.spot.simulated.tag_drawing import facing
 from workbench.worlds.sites.survey_schema import ROBOT_TAG_M
 
@@ -29,7 +29,7 @@ from workbench.worlds.sites.survey_schema import ROBOT_TAG_M
 class State(robot_state_service_pb2_grpc.RobotStateServiceServicer):
     """Power, battery, faults, kinematics, emergency stop, arm."""
 
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def GetRobotState(
@@ -60,7 +60,7 @@ class State(robot_state_service_pb2_grpc.RobotStateServiceServicer):
             return response
 
 
-def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
+def _robot_state(state: SimulatedState) -> robot_state_pb2.RobotState:
     body, now = state.body, stamp(state.clock.robot_ns())
     power = {
         Motors.OFF: robot_state_pb2.PowerState.STATE_OFF,
@@ -116,7 +116,7 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
     return message
 
 
-def _add_faults(message: robot_state_pb2.RobotState, state: RobotState, now: Timestamp) -> None:
+def _add_faults(message: robot_state_pb2.RobotState, state: SimulatedState, now: Timestamp) -> None:
     body = state.body
     if state.critical_fault:
         message.system_fault_state.faults.add(
@@ -145,7 +145,7 @@ def _add_faults(message: robot_state_pb2.RobotState, state: RobotState, now: Tim
 class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
     """Recently detected tags with their detection times."""
 
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def ListWorldObjects(
@@ -186,7 +186,7 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
         return answer(header=header_of(self._state, request), status=answer.STATUS_NO_PERMISSION)
 
 
-def _as_detected(seen: Sighting) -> tuple[str, geometry_pb2.SE3Pose, geometry_pb2.SE3Pose]:
+def _as_detected(seen: LastSighting) -> tuple[str, geometry_pb2.SE3Pose, geometry_pb2.SE3Pose]:
     """The camera that saw a tag, body_tform_camera, and body_tform_tag as the detector places it.
 
     It takes each tag for one of ROBOT_TAG_M: a smaller one seems as much farther away along the line of sight.

@@ -1,4 +1,4 @@
-"""Detection of AprilTags in pictures, with OpenCV's aruco module."""
+"""Detection of AprilTags and of tags of ar_track_alvar in pictures, with OpenCV's aruco module."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from bosdyn.client.math_helpers import Quat, SE3Pose
 
+from recorders.spot.tags.alvar import BORDER, alvar_dictionary
 from recorders.spot.tags.detections import TagStatus
 from recorders.spot.tags.lens import Lens, LensModel
 from workbench.arrays import Floats, Uints8
@@ -21,6 +22,11 @@ AMBIGUOUS_RATIO, AMBIGUOUS_RAD, SURE_PX = 2.0, 0.35, 0.05
 """A pose is ambiguous if the other one that a square allows is turned by more than AMBIGUOUS_RAD and fits less than
 AMBIGUOUS_RATIO times as badly; errors below SURE_PX count as that."""
 MAX_PIXELS = 50_000_000
+HALF_A_TURN = 2
+"""Corners: OpenCV holds each tag of the AprilTag families turned by half a turn, so that the corner that it names
+first is the lower right one of a tag that stands upright."""
+ALVAR = "alvar"
+"""The family of ar_track_alvar's tags."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +82,7 @@ def detect_tags(
 
     Args:
         picture: grey values, shape (rows, columns).
-        family: of the AprilTags: 36h11, 36h10, 25h9 or 16h5.
+        family: of the AprilTags, 36h11, 36h10, 25h9 or 16h5; or ALVAR.
         sizes_m: sides of the black squares; others have ROBOT_TAG_M.
 
     Raises:
@@ -93,28 +99,28 @@ def _found(
 ) -> Iterator[TagInPicture]:
     settings = cv2.aruco.DetectorParameters()
     settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_APRILTAG
-    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_APRILTAG_{family}"))
+    if family == ALVAR:
+        known, settings.markerBorderBits, turned = alvar_dictionary(cv2), BORDER, 0
+    else:
+        known, turned = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_APRILTAG_{family}")), HALF_A_TURN
     corners, numbers, _ = cv2.aruco.ArucoDetector(known, settings).detectMarkers(np.ascontiguousarray(picture))
     for quad, number in zip(corners, () if numbers is None else numbers.ravel().tolist(), strict=True):
         size_m = sizes_m.get(number, ROBOT_TAG_M)
-        seen = _pose(cv2, np.asarray(quad, dtype=np.float64).reshape(4, 2), lens, size_m)
+        upright = np.roll(np.asarray(quad, dtype=np.float64).reshape(4, 2), turned, axis=0)
+        seen = _pose(cv2, upright, lens, size_m)
         if seen is not None:
             pose, status, error_px = seen
             yield TagInPicture(tag=number, camera_tform_tag=pose, status=status, error_px=error_px, size_m=size_m)
 
 
 def _pose(cv2: Any, quad: Floats, lens: Lens, size_m: float) -> tuple[SE3Pose, TagStatus, float] | None:
-    """The pose of a square, from its corners: the better of the two that it allows.
-
-    OpenCV holds each tag of the AprilTag families turned by half a turn, so that the corner which it names first is
-    the lower right one of a tag that stands upright.
-    """
+    """The pose of a square, from its corners, clockwise from the tag's upper left: the better of the two that it
+    allows."""
     half = size_m / 2
     ahead = _undistorted(cv2, quad, lens)
     square = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]], dtype=np.float64)
-    upright = np.roll(ahead, 2, axis=0)
     count, turns, shifts, errors = cv2.solvePnPGeneric(
-        square, upright.reshape(4, 1, 2), np.eye(3), None, flags=cv2.SOLVEPNP_IPPE_SQUARE
+        square, ahead.reshape(4, 1, 2), np.eye(3), None, flags=cv2.SOLVEPNP_IPPE_SQUARE
     )
     if not count:
         return None

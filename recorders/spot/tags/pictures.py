@@ -44,10 +44,15 @@ def require_detector(site: Site) -> None:
 
 def relevant_detections(site: Site, detections: Iterable[TagDetection]) -> tuple[TagDetection, ...]:
     """The detections that count: of items, those of the site's detector; of other tags, the robot's."""
-    ours = site.file.detector.kind == "opencv"
+    ours = items_detector(site) is Detector.OPENCV
     return tuple(
         seen for seen in detections if seen.detector is Detector.OPENCV or not ours or seen.tag not in site.tags
     )
+
+
+def items_detector(site: Site) -> Detector:
+    """The detector by which looks for items go."""
+    return Detector.OPENCV if site.file.detector.kind == "opencv" else Detector.ROBOT
 
 
 def picture_detections(connection: Connection, site: Site) -> tuple[TagDetection, ...]:

@@ -44,6 +44,10 @@ def filter_log(
     blur_faces: Annotated[
         bool, Option("--blur-faces", help="Blur the faces that are found in pictures (extra opencv).")
     ] = False,
+    blur_text: Annotated[
+        bool,
+        Option("--blur-text", help="Blur the text that is found in pictures, as on screens and papers (extra text)."),
+    ] = False,
     compression: Packing = "zstd",
     chunk_size: ChunkSize = None,
     force: Force = False,
@@ -51,14 +55,14 @@ def filter_log(
 ) -> None:
     """Copy the wanted topics and times to another log; unknown topics pass through untouched.
 
-    With --blur-faces, images that cannot be searched for faces are left out. Faces that are not found, and screens,
-    stay: check the copy before you give it away, or leave the cameras out.
+    With --blur-faces or --blur-text, images that cannot be searched are left out. What is not found stays, and so do
+    pictures on screens: check the copy before you give it away, or leave the cameras out.
 
     Examples:
 
         lios log filter run.mcap -o small.mcap -n '/camera/.*' -S 10 -E 60
 
-        lios log filter run.mcap -o for-others.mcap --blur-faces
+        lios log filter run.mcap -o for-others.mcap --blur-faces --blur-text
     """
     from dataclasses import replace
 
@@ -66,25 +70,27 @@ def filter_log(
 
     wanted = replace(message_filter(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
     style = style_of(compression, chunk_size, force)
-    if not blur_faces:
+    if not blur_faces and not blur_text:
         _report(filtered(log, output, wanted, style, bar("filter")), as_json)
         return
     from replayers.log_tools.faces.blurred_pictures import FaceBlur
+    from replayers.log_tools.faces.face_finder import FaceFinder
+    from replayers.log_tools.faces.text_finder import TextFinder
 
-    blur = FaceBlur()
+    blur = FaceBlur(finder=FaceFinder() if blur_faces else None, text=TextFinder() if blur_text else None)
     done = filtered(log, output, wanted, style, bar("filter"), change=blur)
     _report_blurred(blur)
     _report(done, as_json)
 
 
 def _report_blurred(blur: FaceBlur) -> None:
-    """What was searched for faces, on standard error."""
-    say(
-        f"{blur.pictures.total():,} pictures searched, {blur.faces.total():,} faces found and blurred; "
-        "screens are not searched for"
-    )
+    """What was searched for and found, on standard error."""
+    faces = [] if blur.finder is None else [f"{blur.faces.total():,} faces"]
+    texts = [] if blur.text is None else [f"{blur.texts.total():,} pieces of text"]
+    left = "screens are not searched for" if blur.text is None else "pictures on screens are not searched for"
+    say(f"{blur.pictures.total():,} pictures searched, {' and '.join([*faces, *texts])} found and blurred; {left}")
     for topic, count in sorted(blur.left_out.items()):
-        say(f"{topic}: {count:,} left out: pictures that cannot be searched for faces")
+        say(f"{topic}: {count:,} left out: pictures that cannot be searched")
 
 
 def merge(

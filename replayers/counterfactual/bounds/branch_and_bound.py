@@ -20,7 +20,7 @@ from typing import Literal, final
 from replayers.counterfactual.bounds.bounds import MAX_WORLD_GROUPS, Bounds, Budget
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.state_bounds import StateBounds
-from replayers.counterfactual.estimates.intervals import Interval
+from replayers.counterfactual.estimates.intervals import CostInterval
 from replayers.counterfactual.relevance import Answer
 from replayers.counterfactual.results import Assignment, Proof, WorldGroup
 from replayers.counterfactual.run_tree import Leaf, Node, RunTree, UnobservedLook
@@ -55,8 +55,8 @@ class BoundSearch:
         self._failure = tree.evidence.task.failure_cost
         self._outside = outside
         self._most = outside.most
-        self._intervals: dict[Node, Interval] = {}
-        self._others: dict[Node, Interval] = {}
+        self._intervals: dict[Node, CostInterval] = {}
+        self._others: dict[Node, CostInterval] = {}
         self._followed: set[Node] = set()
         self._parents: dict[Node, Node] = {}  # by the first path to each
         self._waiting: dict[Node, float] = {}  # with the most that each can cost, by that path
@@ -160,7 +160,7 @@ class BoundSearch:
         segment = self._tree.advance(node)
         unobserved = segment.unobserved
         if unobserved is None:
-            self._intervals[node] = Interval.at_end(segment.cost, done=segment.done)
+            self._intervals[node] = CostInterval.at_end(segment.cost, done=segment.done)
         else:
             looks = unobserved.walk is None
             self._is_straight = self._is_straight and not (looks and self._most.nothing_missing(unobserved.knowledge))
@@ -194,7 +194,7 @@ class BoundSearch:
         cost = segment.cost
         below = [self._intervals[node.children[a]] for a in unobserved.options]
         below += [self._others[node]] if unobserved.others else []
-        self._intervals[node] = Interval.over(below, cost)
+        self._intervals[node] = CostInterval.over(below, cost)
 
     def _attaining_leaf(self, side: Side) -> Leaf | None:
         """A run end with the least, or the greatest, cost found."""
@@ -238,7 +238,7 @@ class BoundSearch:
         """Whether the search may continue below a node."""
         return not (self._only_certain and not self._tree.certain(node))
 
-    def _group(self, interval: Interval, cost: float, filled: tuple[Assignment, ...]) -> WorldGroup:
+    def _group(self, interval: CostInterval, cost: float, filled: tuple[Assignment, ...]) -> WorldGroup:
         lower, upper = interval.lower(cost, self._failure), interval.upper(cost, self._failure)
         if not interval.whole and not self._straight:
             lower = min(lower, self._failure)

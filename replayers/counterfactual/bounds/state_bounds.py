@@ -14,7 +14,7 @@ from typing import final
 from replayers.counterfactual.bounds.lower_bound import LowerBound
 from replayers.counterfactual.bounds.nearest_first_bound import NearestFirstBound
 from replayers.counterfactual.bounds.upper_bound import UpperBound
-from replayers.counterfactual.estimates.intervals import Interval
+from replayers.counterfactual.estimates.intervals import CostInterval
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
 from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
@@ -45,7 +45,7 @@ class StateBounds:
         self._searchable = (*evidence.contents, *evidence.open, *evidence.refused_searches)
         self._bounded: Cache[Hashable, tuple[float, float, bool]] = Cache(MAX_CACHED_STATES)
 
-    def interval(self, knowledge: Knowledge, *, walking: bool = False) -> Interval:
+    def interval(self, knowledge: Knowledge, *, walking: bool = False) -> CostInterval:
         """Bounds of the cost from a state on.
 
         Args:
@@ -53,7 +53,7 @@ class StateBounds:
         """
         key = (*self._key(knowledge), walking)
         low, high, certain = self._bounded.get(key, lambda: self._bound(knowledge, walking=walking))
-        return Interval(low, high, may_fail=not certain)
+        return CostInterval(low, high, may_fail=not certain)
 
     def _bound(self, knowledge: Knowledge, *, walking: bool) -> tuple[float, float, bool]:
         """From below, from above (infinite if nothing bounds it), and whether every world can meet the goal."""

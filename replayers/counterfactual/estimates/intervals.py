@@ -7,7 +7,7 @@ from math import inf, isfinite
 
 
 @dataclass(slots=True)
-class Interval:
+class CostInterval:
     """Bounds of the cost from a node on.
 
     Attributes:
@@ -40,14 +40,14 @@ class Interval:
         return max(cost + self.found_high, failure if self.fails else -inf)
 
     @classmethod
-    def at_end(cls, cost: float, *, done: bool) -> Interval:
+    def at_end(cls, cost: float, *, done: bool) -> CostInterval:
         """The interval of a run that has ended."""
         if done:
             return cls(cost, cost, may_fail=False, found_low=cost, found_high=cost, whole=True, spent=True)
         return cls(inf, -inf, may_fail=True, fails=True, whole=True, spent=True)
 
     @classmethod
-    def over(cls, below: list[Interval], cost: float) -> Interval:
+    def over(cls, below: list[CostInterval], cost: float) -> CostInterval:
         """The interval of a node from those of its children; cost is that of the way to them."""
         return cls(
             low=cost + min(b.low for b in below),

@@ -10,12 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats
 from workbench.tolerances import ROUNDING
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 MAX_PROBABILITY = 1.0 - ROUNDING
 """The largest probability whose odds are taken."""

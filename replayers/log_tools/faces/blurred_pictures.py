@@ -1,4 +1,4 @@
-"""Messages with pictures, their faces blurred; what holds pictures of another kind is left out."""
+"""Messages with pictures, their faces or text blurred; what holds pictures of another kind is left out."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from PIL import Image
 
 from replayers.log_tools.faces.face_finder import Box, FaceFinder
+from replayers.log_tools.faces.text_finder import TextFinder
 from replayers.mcap_io.messages import Message
 from workbench.arrays import Uints8
 from workbench.caches import Cache
@@ -41,18 +42,22 @@ class Unreadable(ValueError):
 @final
 @dataclass(slots=True)
 class FaceBlur:
-    """Blurs faces in the pictures of messages, one log at a time, in its order.
+    """Blurs faces, text or both in the pictures of messages, one log at a time, in its order.
 
-    Pictures without a face pass byte for byte. What the finder does not see stays visible.
+    Pictures without any pass byte for byte. What the finders do not see stays visible.
 
     Attributes:
-        pictures, faces: how many pictures were searched, and how many faces were blurred in them, by topic.
+        finder: of faces; None leaves them. text: of text; None leaves it.
+        pictures, faces, texts: how many pictures were searched, and how many faces and pieces of text were blurred in
+            them, by topic.
         left_out: messages whose pictures cannot be searched, and attachments, by topic or name.
     """
 
-    finder: FaceFinder = field(default_factory=FaceFinder)
+    finder: FaceFinder | None = field(default_factory=FaceFinder)
+    text: TextFinder | None = None
     pictures: Counter[str] = field(default_factory=Counter[str])
     faces: Counter[str] = field(default_factory=Counter[str])
+    texts: Counter[str] = field(default_factory=Counter[str])
     left_out: Counter[str] = field(default_factory=Counter[str])
     _held: dict[str, list[tuple[int, Box]]] = field(default_factory=dict)
     _decoders: Cache[tuple[str, int, int], Any] = field(default_factory=lambda: Cache(MAX_CACHED_DECODERS))
@@ -134,13 +139,17 @@ class FaceBlur:
     def _blurred(self, data: bytes, message: Message) -> bytes | None:
         """An encoded picture with its faces blurred; None if it has none."""
         picture, kind = _opened(data)
-        found, now_ns = self.finder.boxes(picture), message.log_time
+        faces = () if self.finder is None else self.finder.boxes(picture)
+        texts = () if self.text is None else self.text.boxes(picture)
+        found, now_ns = (*faces, *texts), message.log_time
         held = [(ns, box) for ns, box in self._held.get(message.topic, ()) if 0 <= now_ns - ns <= HOLD_S * NANO]
         self._held[message.topic] = [*held, *((now_ns, box) for box in found)]
         boxes = tuple(dict.fromkeys((*found, *(box for _, box in held))))
         self.pictures[message.topic] += 1
-        self.faces[message.topic] += len(found)
-        return _encoded(self.finder.blurred(picture, boxes), kind) if boxes else None
+        self.faces[message.topic] += len(faces)
+        self.texts[message.topic] += len(texts)
+        finder = self.finder or self.text
+        return _encoded(finder.blurred(picture, boxes), kind) if boxes and finder is not None else None
 
 
 def _opened(data: bytes) -> tuple[Uints8, str]:

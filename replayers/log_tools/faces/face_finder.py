@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, final
 
@@ -65,25 +65,11 @@ class FaceFinder:
         if scale < 1.0:
             size = (max(1, round(grey.shape[1] * scale)), max(1, round(grey.shape[0] * scale)))
             grey = self._cv2.resize(grey, size, interpolation=self._cv2.INTER_AREA)
-        found: set[Box] = set()
-        for quarter in range(4):
-            turned = np.ascontiguousarray(np.rot90(grey, quarter))
-            for box in self._upright(turned):
-                found.add(_enlarged(_turned_back(box, turned.shape, quarter), scale, picture.shape))
-        return tuple(sorted(_merged(found)))
+        return boxes_of_turned(grey, range(4), self._upright, scale=scale, shape=picture.shape)
 
     def blurred(self, picture: Uints8, boxes: tuple[Box, ...]) -> Uints8:
         """The picture with these boxes in CELLS by CELLS cells, of which no face can be read."""
-        copy = picture.copy()
-        for left, top, width, height in boxes:
-            face = copy[top : top + height, left : left + width]
-            if face.size:
-                cells = self._cv2.resize(face, (CELLS, CELLS), interpolation=self._cv2.INTER_AREA)
-                shape = (face.shape[1], face.shape[0])
-                copy[top : top + height, left : left + width] = self._cv2.resize(
-                    cells, shape, interpolation=self._cv2.INTER_NEAREST
-                )
-        return copy
+        return coarse(self._cv2, picture, boxes)
 
     def _upright(self, grey: Uints8) -> list[Box]:
         found = [box for cascade in (*self._frontal, self._profile) for box in self._by(cascade, grey)]
@@ -94,6 +80,41 @@ class FaceFinder:
     def _by(self, cascade: Any, grey: Uints8) -> list[Box]:
         found = cascade.detectMultiScale(grey, STEP, NEIGHBOURS, minSize=(MIN_FACE_PX, MIN_FACE_PX))
         return [(int(x), int(y), int(w), int(h)) for x, y, w, h in found]
+
+
+def boxes_of_turned(
+    searched: Uints8,
+    quarters: Iterable[int],
+    find: Callable[[Uints8], list[Box]],
+    *,
+    scale: float = 1.0,
+    shape: tuple[int, ...] | None = None,
+) -> tuple[Box, ...]:
+    """What is found in a picture that is turned by quarters, in the picture as it is; enlarged, merged and sorted.
+
+    Args:
+        searched: the picture to search, shape (rows, columns) or (rows, columns, 3).
+        scale: its size in that of the whole picture. shape: that of the whole picture; None for the same.
+    """
+    found: set[Box] = set()
+    for quarter in quarters:
+        turned = np.ascontiguousarray(np.rot90(searched, quarter))
+        for box in find(turned):
+            found.add(_enlarged(_turned_back(box, turned.shape, quarter), scale, shape or searched.shape))
+    return tuple(sorted(_merged(found)))
+
+
+def coarse(cv2: Any, picture: Uints8, boxes: Iterable[Box]) -> Uints8:
+    """A copy of a picture with these boxes in CELLS by CELLS cells."""
+    copy = picture.copy()
+    for left, top, width, height in boxes:
+        part = copy[top : top + height, left : left + width]
+        if part.size:
+            cells = cv2.resize(part, (CELLS, CELLS), interpolation=cv2.INTER_AREA)
+            copy[top : top + height, left : left + width] = cv2.resize(
+                cells, (part.shape[1], part.shape[0]), interpolation=cv2.INTER_NEAREST
+            )
+    return copy
 
 
 def _merged(boxes: Iterable[Box]) -> list[Box]:

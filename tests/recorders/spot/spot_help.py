@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.software import SoftwareVersion
-from recorders.spot.client.time_source import RobotClock, SteppedClock
+from recorders.spot.client.time_source import RobotClock, RunningClock, SteppedClock
 from recorders.spot.run.run import RobotRun
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.site_tasks import delivery_of, site_task
@@ -58,14 +58,16 @@ def robot(
 
 
 def run_of(spot: SimulatedSpot, strategy: str = "conditioned-lios", **settings: Any) -> RobotRun:
+    """A run with settings that suit the robot's clock: in real time, a busy computer must not stop the robot."""
     site = spot.state.site
+    patient = {"stop_within_m": 2.0} if isinstance(spot.state.clock, RunningClock) else {}
     return RobotRun(
         site=site,
         task=site_task(delivery_of(load_site("paper_home")), site),
         strategy=strategy,
         estimator="counts",
         rates=FEW,
-        settings=RunSettings(**{"poll_s": 0.5, "furniture_open": True, **settings}),
+        settings=RunSettings(**{"poll_s": 0.5, "furniture_open": True, **patient, **settings}),
         truth=spot.state.house.contents,
         own_estop=True,
     )

@@ -56,7 +56,8 @@ def test_spot_run_and_what_can_be_done_with_its_log(
     spot, there = robot
     log = tmp_path / "run.mcap"
     options = ["--estimator", "counts", "--look", "0.3", "--images-hz", "1", "-o", str(log)]
-    assert run(["spot", "run", *there, *options, "--own-estop", "--furniture-open", "--json"]) == 0
+    free = ["--own-estop", "--furniture-open", "--stop-within", "2"]
+    assert run(["spot", "run", *there, *options, *free, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["status"] == "done"
     assert answer["lease_returned"]
@@ -102,6 +103,10 @@ def test_bad_usage_is_said_in_one_line(capsys: pytest.CaptureFixture[str], tmp_p
         (["spot", "run", "--robot", "127.0.0.1:1:2:x", "--site", "paper_home"], "HOST or HOST:PORT"),
         (["spot", "run", "--robot", "127.0.0.1:9", "--site", "nowhere.yaml"], "no such file"),
         (["spot", "run", "--robot", "127.0.0.1:9", "--site", "paper_home", "--speed", "9"], "1.6 m/s"),
+        (
+            ["spot", "run", "--robot", "127.0.0.1:9", "--site", "paper_home", "--speed", "1.5"],
+            "at least 1.00 m at 1.5 m/s",
+        ),
         (["spot", "run", "--robot", "127.0.0.1:9", "--site", "paper_home", "--strategy", "nope"], "model-lios"),
         (["spot", "simulate", "--fault", "bored@3"], "lost-lease"),
         (["spot", "simulate", "--configuration", "Z"], "A, B, C, D"),

@@ -13,13 +13,13 @@ from bosdyn.api.graph_nav import map_pb2, nav_pb2
 from spot_help import placed, robot
 
 from recorders.spot.checks.disk import disk_finding
-from recorders.spot.checks.findings import Finding, Level
+from recorders.spot.checks.findings import CheckFinding, CheckLevel
 from recorders.spot.checks.robot_checks import CheckPlan, robot_findings
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.graph_nav_map import graph_hash
 from recorders.spot.simulated.basic_services import SERVICES
 from recorders.spot.simulated.faults import FaultKind
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 from recorders.spot.simulated.services.server import SimulatedSpot
 from workbench.cli import run
 
@@ -33,13 +33,13 @@ def both() -> Iterator[tuple[SimulatedSpot, Connection]]:
         yield pair
 
 
-def _check(connection: Connection, **plan: Any) -> dict[str, Finding]:
+def _check(connection: Connection, **plan: Any) -> dict[str, CheckFinding]:
     wanted = CheckPlan(site=placed()[0], **plan)
     return {finding.subject: finding for finding in robot_findings(connection, wanted, Path("run.mcap"))}
 
 
-def _set(**values: Any) -> Callable[[RobotState], None]:
-    def change(state: RobotState) -> None:
+def _set(**values: Any) -> Callable[[SimulatedState], None]:
+    def change(state: SimulatedState) -> None:
         for name, value in values.items():
             setattr(state, name, value)
 
@@ -69,7 +69,7 @@ def test_what_keeps_a_robot_from_running_forbids_it(
     finally:
         with spot.state.alive() as state:
             back(state)
-    assert found.level is Level.FORBIDS
+    assert found.level is CheckLevel.FORBIDS
     assert said in found.text
 
 
@@ -77,9 +77,9 @@ def test_a_ready_robot_is_told_so_and_not_changed(both: tuple[SimulatedSpot, Con
     spot, connection = both
     commands, localized = spot.state.next_command, spot.state.localized
     found = _check(connection, own_estop=True, cameras=CAMERA)
-    assert not [finding for finding in found.values() if finding.level is Level.FORBIDS]
+    assert not [finding for finding in found.values() if finding.level is CheckLevel.FORBIDS]
     for subject in ("robot", "software", "e-stop", "lease", "battery", "dock", "faults", "map", "camera", "disk"):
-        assert found[subject].level is Level.OK, found[subject]
+        assert found[subject].level is CheckLevel.OK, found[subject]
     assert "client 5." in found["software"].text
     assert "min at" in found["disk"].text
     assert (spot.state.next_command, spot.state.localized) == (commands, localized)
@@ -102,14 +102,14 @@ def test_a_missing_camera_and_waypoint_are_named(both: tuple[SimulatedSpot, Conn
     assert gone.id in found["waypoints"].text
     assert "same tags" in found["fiducials"].text, "the robot would localise itself by an item that is carried about"
     for subject in ("camera", "waypoints", "fiducials"):
-        assert found[subject].level is Level.FORBIDS
+        assert found[subject].level is CheckLevel.FORBIDS
 
 
 def test_a_lease_of_another_forbids_unless_it_is_to_be_taken() -> None:
     with robot() as (spot, connection):
         spot.inject(FaultKind.LOST_LEASE)
-        assert _check(connection)["lease"].level is Level.FORBIDS
-        assert _check(connection, take_lease=True)["lease"].level is Level.WARNING
+        assert _check(connection)["lease"].level is CheckLevel.FORBIDS
+        assert _check(connection, take_lease=True)["lease"].level is CheckLevel.WARNING
 
 
 def test_a_robot_of_older_software_lacks_services_and_is_checked_for_the_rest(
@@ -119,9 +119,9 @@ def test_a_robot_of_older_software_lacks_services_and_is_checked_for_the_rest(
         monkeypatch.delitem(SERVICES, name)
     with robot() as (_, connection):
         found = _check(connection)
-    assert found["dock"].level is found["licence"].level is Level.WARNING
+    assert found["dock"].level is found["licence"].level is CheckLevel.WARNING
     assert "does not say" in found["dock"].text
-    assert found["battery"].level is Level.OK
+    assert found["battery"].level is CheckLevel.OK
 
 
 def test_a_map_is_checked_on_this_computer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -148,6 +148,6 @@ def test_a_map_is_checked_on_this_computer(tmp_path: Path, capsys: pytest.Captur
 
 
 def test_the_disk_is_told_in_minutes(tmp_path: Path) -> None:
-    assert disk_finding(tmp_path / "x.mcap", 1.0).level is Level.OK
-    assert disk_finding(tmp_path / "x.mcap", 1e15).level is Level.FORBIDS
-    assert disk_finding(tmp_path / "nowhere" / "x.mcap", 1.0).level is Level.FORBIDS
+    assert disk_finding(tmp_path / "x.mcap", 1.0).level is CheckLevel.OK
+    assert disk_finding(tmp_path / "x.mcap", 1e15).level is CheckLevel.FORBIDS
+    assert disk_finding(tmp_path / "nowhere" / "x.mcap", 1.0).level is CheckLevel.FORBIDS

@@ -106,6 +106,8 @@ def test_a_look_by_our_detector_finds_what_the_robots_own_is_not_asked_for(tmp_p
     assert [item.id for item in looked.items] == ["CellPhone|1"]
     assert isinstance(empty, LookResult)
     assert empty.items == ()
+    polls = [json.loads(data) for *_, data in messages(tmp_path / "s.mcap", "/robot/tag_polls")]
+    assert {(poll["detector"], poll["counts"]) for poll in polls} == {("robot", False), ("opencv", True)}
     phone = [seen for seen in told if seen["tag"] == PHONE]
     assert {(seen["detector"], seen["counts"]) for seen in phone} == {("robot", False), ("opencv", True)}
     ours = next(seen for seen in phone if seen["detector"] == "opencv")
@@ -113,6 +115,32 @@ def test_a_look_by_our_detector_finds_what_the_robots_own_is_not_asked_for(tmp_p
     assert ours["size_m"] == 0.08
     assert 0 <= ours["error_px"] < 1
     assert ours["camera"] in ("frontleft_fisheye", "hand_color")
+
+
+def test_it_is_logged_when_a_detector_was_asked_also_where_it_saw_nothing(tmp_path: Path) -> None:
+    log = tmp_path / "s.mcap"
+    with robot() as (spot, connection):
+        stand_at(spot, connection, TABLE)
+        files = LogFiles(log, force=True)
+        session = Session(connection, spot.state.site, files, rates=replace(FEW, fiducials_hz=20.0, images_hz=0.0))
+        for step in range(40):
+            spot.state.hides_tags = step >= 20
+            spot.state.sightings.clear()
+            session.tick()
+            connection.clock.sleep(0.05)
+        files.close()
+        assert spot.state.things
+    told = messages(log, "/robot/tag_polls")
+    polls = [json.loads(data) for *_, data in told]
+    assert 6 <= len(polls) <= 9, "of 40 in 2 s, four a second"
+    assert [PHONE in poll["tags"] for poll in polls] == sorted(
+        (PHONE in poll["tags"] for poll in polls), reverse=True
+    )
+    assert polls[-1]["tags"] == []
+    assert {(poll["detector"], poll["counts"], poll["localized"]) for poll in polls} == {("robot", True, True)}
+    with log.open("rb") as stream:
+        schemas = {s.name: s.data for s, _, _ in make_reader(stream).iter_messages() if s is not None}
+    jsonschema.validate(polls[-1], json.loads(schemas["lios.spot.TagPoll"]))
 
 
 def test_a_tag_of_the_map_is_logged_in_passing_with_its_place(tmp_path: Path) -> None:
@@ -185,7 +213,7 @@ def test_sessions_and_runs_find_items_in_their_containers_by_our_detector_alone(
                 assert lios(["spot", "record", *there, "--for", "8"]) == 0
             else:
                 how = ["--own-estop", "--furniture-open", "--look", "2", "-s", "pes-greedy", "--estimator", "counts"]
-                assert lios(["spot", "run", *there, *how]) == 0
+                assert lios(["spot", "run", *there, *how, "--stop-within", "2"]) == 0
     (look,) = read(session).observations
     assert (look.container, [item.id for item in look.items]) == (TABLE, ["CellPhone|1"])
     recorded = read(run)

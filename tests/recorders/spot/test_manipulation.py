@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import hypot
 from typing import Any
 
 import pytest
@@ -14,6 +15,7 @@ from spot_help import placed, robot
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import RunStopped
+from recorders.spot.client.time_source import SteppedClock
 from recorders.spot.run.arm_motion import grasp_from, hand_to, in_front_of
 from recorders.spot.run.operator import AgreeingOperator
 from recorders.spot.run.run_settings import RunSettings
@@ -27,9 +29,11 @@ CARRIABLE_AND_STOWABLE = robot_state_pb2.ManipulatorState.CARRY_STATE_CARRIABLE_
 
 
 @contextmanager
-def _at_an_item(**settings: Any) -> Iterator[tuple[SimulatedSpot, Connection, SpotWorld, ItemId]]:
+def _at_an_item(
+    clock: SteppedClock | None = None, **settings: Any
+) -> Iterator[tuple[SimulatedSpot, Connection, SpotWorld, ItemId]]:
     """A robot that stands at an open container with an item in it."""
-    with robot() as (spot, connection), Control(connection, own_estop=True) as control:
+    with robot(clock=clock) as (spot, connection), Control(connection, own_estop=True) as control:
         connection.client("graph-nav-service").set_localization(nav_pb2.Localization(), fiducial_init=2)
         site, house = placed()
         shut = {entry.id for entry in site.file.containers if entry.closed}
@@ -59,6 +63,66 @@ def test_hand_commands_have_limits_and_the_point_in_front_is_nearer_and_higher()
     assert (y, z) == pytest.approx((0.0, 0.42))
     down = grasp_from((1.0, 0.0, 0.0), (0.0, 0.0, -1.0)).grasp_params.allowable_orientation[0]
     assert down.vector_alignment_with_tolerance.axis_to_align_with_ewrt_frame.z == -1.0
+
+
+def test_every_arm_command_of_a_pick_and_a_place_has_limits_of_speed_and_force() -> None:
+    with _at_an_item() as (_, connection, world, item):
+        client, sent = connection.client("robot-command"), list[Any]()
+        real = client.robot_command
+        client.robot_command = lambda command, **how: (sent.append(command), real(command, **how))[1]
+        assert isinstance(world.pick(item), ActionDone)
+        assert isinstance(world.place(item), ActionDone)
+        client.robot_command = real
+    arms = [
+        each.synchronized_command.arm_command for each in sent if each.synchronized_command.HasField("arm_command")
+    ]
+    reaching = [arm for arm in arms if arm.HasField("arm_cartesian_command")]
+    assert len(reaching) >= 3, "to the point in front, to the place, and back"
+    for arm in reaching:
+        assert 0 < arm.arm_cartesian_command.max_linear_velocity.value <= 0.5
+        assert 0 < arm.arm_cartesian_command.max_angular_velocity.value <= 1.5
+        assert arm.params.HasField("disable_body_force_limiter")
+    assert not any(arm.params.disable_body_force_limiter.value for arm in arms)
+
+
+def test_a_grasp_that_failed_is_tried_from_other_sides() -> None:
+    with _at_an_item() as (spot, connection, world, item):
+        client, sides = connection.client("manipulation"), list[tuple[float, ...] | None]()
+        real = client.manipulation_api_command
+
+        def take(request: Any, **how: Any) -> Any:
+            wanted = request.pick_object.grasp_params.allowable_orientation
+            along = [one.vector_alignment_with_tolerance.axis_to_align_with_ewrt_frame for one in wanted]
+            sides.append((along[0].x, along[0].y, along[0].z) if along else None)
+            return real(request, **how)
+
+        client.manipulation_api_command = take
+        world.operator, spot.state.grasps_miss = AgreeingOperator(), 2
+        assert isinstance(world.pick(item), ActionDone)
+    as_it_likes, above, level = sides
+    assert as_it_likes is None
+    assert above == (0.0, 0.0, -1.0)
+    assert level is not None
+    assert level[2] == 0.0
+    assert hypot(level[0], level[1]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("unseen_s", "grasped"), [(0.5, True), (1.5, False)])
+def test_a_grasp_aims_only_at_what_was_seen_within_the_last_second(unseen_s: float, grasped: bool) -> None:
+    """By the SDK's clock: the robot's own is an hour slow. The robot still lists a tag that it saw seconds ago."""
+    with _at_an_item(clock=SteppedClock(skew_s=-3600.0)) as (spot, _, world, item):
+        spot.inject(FaultKind.TAG_NOT_SEEN)
+        world.wait(unseen_s)
+        listed = [
+            known.id for seen in world.sightings() or () if (known := world.site.tags.get(seen.tag)) is not None
+        ]
+        assert item in listed
+        answer = world.pick(item)
+        assert (spot.state.grasp is not None) is grasped
+        assert isinstance(answer, ActionDone) is grasped
+    if not grasped:
+        assert isinstance(answer, ActionRefused)
+        assert "not seen" in answer.reason
 
 
 def test_grasps_that_fail_are_failed_grasps_and_no_absent_item() -> None:

@@ -12,15 +12,16 @@ from spot_help import placed, robot, run_of
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import RunStopped
-from recorders.spot.run.navigate import ENDINGS, Ending, navigation_goal, renew_navigation
+from recorders.spot.run.navigate import ENDINGS, WalkEnding, navigation_goal, renew_navigation
 from recorders.spot.run.operator import AgreeingOperator, StopSwitch
 from recorders.spot.run.run import run_and_record
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.world import SpotWorld
 from recorders.spot.simulated.faults import FaultKind
 from replayers.runs.run import read
+from workbench.errors import BadValue
 from workbench.worlds.house import LocationId
-from workbench.worlds.world import ActionRefused
+from workbench.worlds.world import ActionDone, ActionRefused
 
 BED = LocationId("bed")
 STATUSES = graph_nav_pb2.NavigationFeedbackResponse.Status
@@ -53,7 +54,7 @@ def test_a_walk_that_does_not_arrive_leaves_the_robot_stopped(status: int, stand
     spot.state.navigation_status = status
     sent = spot.state.next_command
     try:
-        if ENDINGS[status] is Ending.STOPS_RUN:
+        if ENDINGS[status] is WalkEnding.STOPS_RUN:
             with pytest.raises(RunStopped):
                 world.go_to(BED)
         else:
@@ -62,7 +63,7 @@ def test_a_walk_that_does_not_arrive_leaves_the_robot_stopped(status: int, stand
     finally:
         spot.state.navigation_status, control.stop = None, real
     assert stops, "not left to the robot's timeout"
-    if ENDINGS[status] in (Ending.REFUSED, Ending.STOPS_RUN):
+    if ENDINGS[status] in (WalkEnding.REFUSED, WalkEnding.STOPS_RUN):
         assert spot.state.next_command - sent <= 2, "one walk and one stop: it is not sent off again"
 
 
@@ -137,3 +138,51 @@ def test_the_log_says_where_by_which_tag_and_how_long_ago_the_robot_was_localise
     assert told["tag"] == 523
     assert told["waypoint"].startswith("wp-")
     assert 0 <= told["age_s"] < 1
+
+
+def _with_hiccup(world: SpotWorld, connection: Connection, hiccup_s: float) -> None:
+    """Let the fifth feedback of a walk arrive late."""
+    client = connection.client("graph-nav-service")
+    real, asked = client.navigation_feedback, list[int]()
+
+    def late(*about: object, **how: object) -> object:
+        asked.append(1)
+        if len(asked) == 5:
+            connection.clock.sleep(hiccup_s)
+        return real(*about, **how)
+
+    client.navigation_feedback = late
+    try:
+        answer = world.go_to(BED)
+    finally:
+        client.navigation_feedback = real
+    assert isinstance(answer, ActionDone)
+    assert len(asked) > 5
+
+
+def test_a_hiccup_of_half_a_second_does_not_stop_a_walk_and_a_longer_one_does() -> None:
+    with robot() as (spot, connection), Control(connection, own_estop=True) as control:
+        world = _world(connection, control, poll_s=0.25)
+        sent = spot.state.next_command
+        _with_hiccup(world, connection, 0.5)
+        assert spot.state.next_command == sent + 1, "one command, renewed and never begun anew"
+        assert isinstance(world.go_to(LocationId("fridge")), ActionDone)
+        with pytest.raises(RunStopped, match="--resume"):
+            _with_hiccup(world, connection, 1.2)
+
+
+@pytest.mark.parametrize(
+    ("stop_within_m", "speed_mps", "hold_s"), [(0.5, 0.5, 0.9), (1.0, 0.5, 1.8), (0.5, 0.25, 1.8), (0.5, 0.1, 3.0)]
+)
+def test_a_command_holds_for_as_long_as_the_robot_may_walk_on(
+    stop_within_m: float, speed_mps: float, hold_s: float
+) -> None:
+    settings = RunSettings(stop_within_m=stop_within_m)
+    assert settings.hold_s(speed_mps) == pytest.approx(hold_s)
+    assert speed_mps * settings.hold_s(speed_mps) < stop_within_m
+    settings.check_hold(speed_mps)
+
+
+def test_a_robot_too_fast_to_stop_within_the_limit_is_not_sent_off() -> None:
+    with pytest.raises(BadValue, match=r"at least 0\.67 m at 1 m/s; or limit the speed to 0\.75 m/s"):
+        RunSettings().check_hold(1.0)

@@ -11,6 +11,7 @@ from bosdyn.api import image_pb2
 from bosdyn.client.math_helpers import Quat, SE3Pose
 from PIL import Image
 
+from recorders.spot.tags.alvar import alvar_code
 from recorders.spot.tags.detections import TagStatus
 from recorders.spot.tags.lens import Lens, LensModel, lens_of
 from recorders.spot.tags.opencv_detector import decode_grey, detect_tags
@@ -43,9 +44,13 @@ def pixel_rays(lens: Lens, u: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 def picture_of(number: int, size_m: float, pose: SE3Pose, lens: Lens = PINHOLE, family: str = "36h11") -> Uints8:
     """A picture of 640 by 480 of one tag on grey ground, four by four rays a pixel."""
-    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_APRILTAG_{family}"))
-    across = known.markerSize + 2
-    bits = np.pad(np.rot90(cv2.aruco.generateImageMarker(known, number, across), 2), 1, constant_values=255)
+    if family == "alvar":
+        upright = np.pad(alvar_code(number) * 255, 2)
+    else:
+        known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_APRILTAG_{family}"))
+        upright = np.rot90(cv2.aruco.generateImageMarker(known, number, known.markerSize + 2), 2)
+    across = len(upright)
+    bits = np.pad(upright, 1, constant_values=255)
     fine = (np.arange(4) + 0.5) / 4 - 0.5
     u, v = np.meshgrid((np.arange(640)[:, None] + fine).ravel(), (np.arange(480)[:, None] + fine).ravel())
     x, y = pixel_rays(lens, u, v)
@@ -156,3 +161,24 @@ def test_without_opencv_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setitem(sys.modules, "cv2", None)
     with pytest.raises(MissingExtra, match=r"lios-workbench\[opencv\]"):
         detect_tags(np.zeros((4, 4), dtype=np.uint8), PINHOLE, family="36h11", sizes_m={})
+
+
+@pytest.mark.parametrize("number", [0, 7, 170, 255])
+@pytest.mark.parametrize("roll_rad", [0.0, 0.6, -1.9])
+def test_a_tag_of_ar_track_alvar_is_read_and_placed_upright(number: int, roll_rad: float) -> None:
+    pose = SE3Pose(x=0.1, y=-0.05, z=0.9, rot=turned((0.0, 0.0, 1.0), roll_rad))
+    picture = picture_of(number, 0.2, pose, family="alvar")
+    (seen,) = detect_tags(picture, PINHOLE, family="alvar", sizes_m={number: 0.2})
+    assert seen.tag == number
+    found = seen.camera_tform_tag
+    assert (found.x, found.y, found.z) == pytest.approx((pose.x, pose.y, pose.z), abs=0.01)
+    away = found.rot.inverse() * pose.rot
+    assert abs(away.w) > 0.97, "not a quarter of a turn off: 0.71"
+    assert detect_tags(picture, PINHOLE, family="36h11", sizes_m={number: 0.2}) == ()
+
+
+def test_an_alvar_tag_with_a_wrong_square_is_not_guessed_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    pose, code = SE3Pose(x=0.0, y=0.0, z=0.9, rot=turned((0.0, 0.0, 1.0), 0.4)), alvar_code(93)
+    code[0, 0] ^= 1
+    monkeypatch.setattr(sys.modules[__name__], "alvar_code", lambda _: code)
+    assert detect_tags(picture_of(93, 0.2, pose, family="alvar"), PINHOLE, family="alvar", sizes_m={93: 0.2}) == ()

@@ -158,6 +158,7 @@ def test_a_closed_terminal_ends_a_run_well(tmp_path: Path) -> None:
     """The laptop's lid, the ssh session: the robot stops, the lease is returned, the log is whole."""
     log = tmp_path / "run.mcap"
     arguments = ["spot", "run", "-o", str(log), "--estimator", "counts", "--own-estop", "--images-hz", "0"]
+    arguments += ["--stop-within", "2"]
     with terminal(*arguments, folder=tmp_path, speed_up=2) as (window, spot):
         window.wait_for("Plan 1")
         window.type("n")
@@ -180,6 +181,7 @@ def test_the_stop_key_stops_a_run_at_the_terminal(
 ) -> None:
     log = tmp_path / "run.mcap"
     arguments = ["spot", "run", "-o", str(log), "--estimator", "counts", "--own-estop", "--images-hz", "0"]
+    arguments += ["--stop-within", "2"]
     with terminal(*arguments, folder=tmp_path) as (window, spot):
         window.wait_for("Plan 1")
         until = time.monotonic() + 60

@@ -23,7 +23,7 @@ from spot_help import messages, robot
 from recorders.spot.client import connection as connection_module
 from recorders.spot.client.clock import SessionClock
 from recorders.spot.client.time_source import RunningClock
-from recorders.spot.record_session import Ending, SessionPlan, record_session
+from recorders.spot.record_session import SessionEnd, SessionPlan, record_session
 from recorders.spot.run.operator import StopSwitch
 from recorders.spot.run.site_tasks import delivery_of, site_task
 from recorders.spot.session.session import Rates
@@ -107,7 +107,7 @@ OFTEN = (FaultKind.DROPPED, FaultKind.CLOCK_SKEW, FaultKind.LOST_LEASE)
 def test_failures_while_recording_leave_the_log_whole(
     kind: FaultKind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    log, over_ns, ending, states_sent = tmp_path / "s.mcap", list[int](), Ending(), count_states(monkeypatch)
+    log, over_ns, ending, states_sent = tmp_path / "s.mcap", list[int](), SessionEnd(), count_states(monkeypatch)
 
     def fail_and_recover() -> None:
         wait_until(lambda: states_sent() >= 5)
@@ -177,7 +177,7 @@ def test_messages_of_a_gap_of_the_time_sync_are_marked_one_by_one(
 
     monkeypatch.setattr(TimeSync, "TimeSyncUpdate", answer)
     monkeypatch.setattr(connection_module, "TIME_SYNC_EVERY_S", 0.05)
-    states_sent, ending = count_states(monkeypatch), Ending()
+    states_sent, ending = count_states(monkeypatch), SessionEnd()
 
     def come_and_go(clock: SessionClock) -> None:
         wait_until(lambda: states_sent() >= 5)
@@ -216,7 +216,7 @@ def test_messages_of_a_gap_of_the_time_sync_are_marked_one_by_one(
 
 
 def test_notes_and_the_outcome_come_by_key(tmp_path: Path) -> None:
-    ending = Ending()
+    ending = SessionEnd()
     with robot(clock=RunningClock()) as (_spot, connection):
         threading.Timer(0.5, ending.by_key, args=("f",)).start()
         report = record_session(connection, plan(200.0), tmp_path / "s.mcap", ending=ending)

@@ -9,7 +9,7 @@ import pytest
 from spot_help import messages, robot
 from test_operator_keys import terminal
 
-from recorders.sinks.files import Split
+from recorders.sinks.files import SplitLimits
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import SessionPlan, record_session
 from recorders.spot.session.session import Rates
@@ -23,7 +23,7 @@ QUICK = Rates(state_hz=20.0, localization_hz=5.0, fiducials_hz=5.0, images_hz=5.
 
 
 def test_a_session_goes_on_in_further_files_and_nothing_is_lost_between_them(tmp_path: Path) -> None:
-    plan = SessionPlan(site=load_site("paper_home"), rates=QUICK, for_s=3.2, split=Split(part_s=1.0))
+    plan = SessionPlan(site=load_site("paper_home"), rates=QUICK, for_s=3.2, split=SplitLimits(part_s=1.0))
     with robot(clock=RunningClock()) as (_spot, connection):
         report = record_session(connection, plan, tmp_path / "s.mcap")
     assert [path.name for path in report.files] == [f"s_{i:04d}.mcap" for i in range(len(report.files))]

@@ -111,14 +111,14 @@ def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> Non
         standing = world.site.paths.standing_pose(bed)
         assert standing is not None
         number = renew_navigation(world, navigation_goal(world, bed, standing), None)
-        connection.clock.sleep(2.0)
+        connection.clock.sleep(0.7)
         with spot.state.alive() as state:
             assert state.body.walk is not None
             assert state.body.walk.state == "walking"
         connection.clock.sleep(2.0)
         with spot.state.alive() as state:
-            assert state.body.walk.state == "expired", "three seconds of silence and it stands"
-            assert 1.0 < state.body.walked_m <= 3 * 0.5 + 0.1, "as far as it walks in three seconds, no farther"
+            assert state.body.walk.state == "expired", "a second of silence and it stands"
+            assert 0.2 < state.body.walked_m <= 0.5
         again = renew_navigation(world, navigation_goal(world, bed, standing), number)
         assert again != number, "a new command, the old is forgotten"
         assert isinstance(world.go_to(bed), ActionDone)

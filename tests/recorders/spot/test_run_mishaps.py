@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from benchmarks.spot_killed import metres_after_kill
 from benchmarks.spot_mishaps import MISHAPS, apply_fault
 
 from replayers.runs.run import read
@@ -39,3 +40,10 @@ def test_an_outage_without_resume_ends_the_run_and_with_it_does_not(tmp_path: Pa
     assert stays.doctor.startswith("0")
     goes_on = apply_fault(MISHAPS["outages"], tmp_path / "on.mcap")
     assert "Ended: done" in goes_on.run
+
+
+@pytest.mark.slow
+def test_after_its_process_is_killed_the_robot_walks_on_for_half_a_metre_at_most(tmp_path: Path) -> None:
+    """Whatever the computer's speed: the last command that was sent has an end time."""
+    assert 0 < metres_after_kill(tmp_path) <= 0.5
+    assert metres_after_kill(tmp_path, ["--stop-within", "0.4"]) <= 0.4

@@ -20,7 +20,7 @@ from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.time_source import SteppedClock
 from recorders.spot.run.operator import KeyboardOperator, StopSwitch
 from recorders.spot.session import foxglove
-from recorders.spot.simulated.body import Body, Motors, Walk, WalkState, wrapped
+from recorders.spot.simulated.body import Body, BodyWalk, Motors, WalkState, wrapped
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import FaultKind, read_faults
 from recorders.spot.simulated.frames import frame_tree, pose_in_map, se3
@@ -42,7 +42,7 @@ def home() -> Site:
 
 def walking(corners: list[tuple[float, float]], *, yaw: float | None = None, speed: float = 0.5) -> Body:
     body = Body(pose=Pose(x_m=0.0, y_m=0.0), speed_mps=speed, motors=Motors.ON, standing=True, posture_at_s=-10.0)
-    body.go(Walk(number=1, corners=corners, final_yaw_rad=yaw, speed_mps=speed, end_s=1000.0))
+    body.go(BodyWalk(number=1, corners=corners, final_yaw_rad=yaw, speed_mps=speed, end_s=1000.0))
     return body
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import bosdyn.client
@@ -20,14 +21,17 @@ from bosdyn.client.image import build_image_request
 from bosdyn.client.lease import LeaseKeepAlive
 from bosdyn.client.robot_command import RobotCommandBuilder, blocking_stand
 from PIL import Image
-from spot_help import placed, robot
+from spot_help import placed, robot, run_of
 
 from recorders.spot.client.connection import Connection, Credentials, RobotAddress
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import BadLogin, Estopped, LeaseTaken, NoEstop, RobotUnreachable
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.run.navigate import speed_limit
+from recorders.spot.run.operator import StopSwitch
+from recorders.spot.run.run import run_and_record
 from recorders.spot.simulated.services.server import PortTaken, SimulatedSpot
+from replayers.runs.run import read
 
 
 def test_the_official_client_does_what_hello_spot_does(tmp_path: Path) -> None:
@@ -185,6 +189,43 @@ def test_an_emergency_stop_that_is_not_ours_is_left_alone_and_the_lease_given_ba
         with Control(connection, own_estop=True) as control:
             assert control.estop_guard == "lios-workbench", "asked for, so registered whatever the level is"
             assert [e.proto.name for e in spot.state.estop.endpoints.values()] == ["lios-workbench"]
+
+
+def test_a_live_tablet_endpoint_is_neither_replaced_nor_left_alone_silently(caplog: pytest.LogCaptureFixture) -> None:
+    with robot() as (_, connection):
+        with Control(connection, own_estop=True) as control:
+            assert control.estop_replaced == ""
+        assert "replaces" not in caplog.text, "there was none to replace"
+        tablet = EstopEndpoint(connection.client("estop"), "tablet", 600.0)
+        tablet.force_simple_setup()
+        tablet.allow()
+        with Control(connection) as control:
+            assert control.estop_in_words().startswith("The e-stop of tablet guards this run")
+            assert "motors stay on" in control.estop_in_words()
+        assert "replaces" not in caplog.text
+        with Control(connection, own_estop=True) as control:
+            assert control.estop_replaced == "tablet"
+            assert "9 s after this program is killed" in control.estop_in_words()
+        warned = [entry.getMessage() for entry in caplog.records if entry.levelname == "WARNING"]
+        assert "--own-estop replaces the e-stop of tablet" in warned
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_run_says_whose_emergency_stop_guards_it(
+    own: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stop = StopSwitch()
+    stop.press("enough")
+    with robot() as (spot, connection):
+        tablet = EstopEndpoint(connection.client("estop"), "tablet", 600.0)
+        tablet.force_simple_setup()
+        tablet.allow()
+        run_and_record(connection, replace(run_of(spot), own_estop=own), tmp_path / "run.mcap", stop=stop)
+    said = capsys.readouterr().err
+    assert ("Our own e-stop" if own else "The e-stop of tablet") in said
+    assert "within 0.5 m" in said
+    told = read(tmp_path / "run.mcap").settings["spot"]
+    assert (told["estop_guard"], told["estop_replaced"]) == (("lios-workbench", "tablet") if own else ("tablet", ""))
 
 
 @pytest.mark.parametrize("reports_none", [True, False])

@@ -17,7 +17,7 @@ import numpy as np
 
 from workbench.arrays import Floats
 from workbench.beliefs.asking.chat_client import complete
-from workbench.beliefs.asking.prompt_file import CONTAINERS, ITEM, SEEN, Endpoint, Prompt
+from workbench.beliefs.asking.prompt_file import CONTAINERS, ITEM, SEEN, ChatEndpoint, Prompt
 from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
@@ -42,7 +42,7 @@ class ChatQuestions:
     """
 
     prompt: Prompt
-    endpoint: Endpoint | None = None
+    endpoint: ChatEndpoint | None = None
 
     @property
     def name(self) -> str:

@@ -14,7 +14,7 @@ from contextlib import closing
 from typing import Any
 from urllib.parse import urlsplit
 
-from workbench.beliefs.asking.prompt_file import Endpoint, Prompt
+from workbench.beliefs.asking.prompt_file import ChatEndpoint, Prompt
 from workbench.beliefs.guarded_estimator import EstimatorFailed
 
 MAX_REPLY_BYTES = 1 << 20
@@ -25,7 +25,7 @@ USUAL_WAIT_S, MAX_WAIT_S = 2.0, 30.0
 BLOCK = 1 << 16
 
 
-def complete(prompt: Prompt, endpoint: Endpoint, question: str) -> str:
+def complete(prompt: Prompt, endpoint: ChatEndpoint, question: str) -> str:
     """The text of the first choice that the model answers with.
 
     Raises:
@@ -51,7 +51,7 @@ def complete(prompt: Prompt, endpoint: Endpoint, question: str) -> str:
     return _content(prompt, endpoint, reply)
 
 
-def _post(prompt: Prompt, endpoint: Endpoint, body: bytes, deadline: float) -> tuple[int, float, bytes]:
+def _post(prompt: Prompt, endpoint: ChatEndpoint, body: bytes, deadline: float) -> tuple[int, float, bytes]:
     """Status, seconds to wait before another try, and body of one reply."""
     try:
         parts = urlsplit(endpoint.url)
@@ -92,7 +92,7 @@ def _read(reply: http.client.HTTPResponse, connection: http.client.HTTPConnectio
     return b"".join(blocks)
 
 
-def _headers(prompt: Prompt, endpoint: Endpoint) -> dict[str, str]:
+def _headers(prompt: Prompt, endpoint: ChatEndpoint) -> dict[str, str]:
     headers = {"Content-Type": "application/json", "Accept": "application/json"}
     if endpoint.key_env:
         key = os.environ.get(endpoint.key_env, "").strip()
@@ -105,7 +105,7 @@ def _headers(prompt: Prompt, endpoint: Endpoint) -> dict[str, str]:
     return headers
 
 
-def _refused(prompt: Prompt, endpoint: Endpoint, status: int, reply: bytes) -> EstimatorFailed:
+def _refused(prompt: Prompt, endpoint: ChatEndpoint, status: int, reply: bytes) -> EstimatorFailed:
     if status in (401, 403):
         fix = (
             f"Set {endpoint.key_env} to a key" if endpoint.key_env else f"Name its key by key_env in {endpoint.file}"
@@ -121,7 +121,7 @@ def _refused(prompt: Prompt, endpoint: Endpoint, status: int, reply: bytes) -> E
     )
 
 
-def _content(prompt: Prompt, endpoint: Endpoint, reply: bytes) -> str:
+def _content(prompt: Prompt, endpoint: ChatEndpoint, reply: bytes) -> str:
     if len(reply) > MAX_REPLY_BYTES:
         raise _failed(prompt, endpoint, f"answers with more than {MAX_REPLY_BYTES} bytes", "Lower max_tokens in")
     try:
@@ -134,7 +134,7 @@ def _content(prompt: Prompt, endpoint: Endpoint, reply: bytes) -> str:
     return content
 
 
-def _failed(prompt: Prompt, endpoint: Endpoint, why: str, fix: str) -> EstimatorFailed:
+def _failed(prompt: Prompt, endpoint: ChatEndpoint, why: str, fix: str) -> EstimatorFailed:
     return EstimatorFailed(prompt.name, f"{endpoint.url} {why}", f"{fix} {endpoint.file}")
 
 

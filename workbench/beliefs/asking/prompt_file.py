@@ -52,7 +52,7 @@ class Prompt(msgspec.Struct, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Endpoint:
+class ChatEndpoint:
     """Where to ask; no part of it is in a log.
 
     Attributes:
@@ -68,7 +68,7 @@ class Endpoint:
     file: str = ""
 
 
-def read_prompt(path: Path) -> tuple[Prompt, Endpoint]:
+def read_prompt(path: Path) -> tuple[Prompt, ChatEndpoint]:
     """Reads a prompt file.
 
     Raises:
@@ -106,7 +106,7 @@ def _settings(path: Path, head: str) -> dict[str, str]:
     return found
 
 
-def _checked(path: Path, given: Mapping[str, str], body: str) -> tuple[Prompt, Endpoint]:
+def _checked(path: Path, given: Mapping[str, str], body: str) -> tuple[Prompt, ChatEndpoint]:
     for key in ("model", "endpoint"):
         if not given.get(key):
             raise MalformedFile(path, f"it has no {key}", f"Add a line '{key}: ...'")
@@ -124,7 +124,7 @@ def _checked(path: Path, given: Mapping[str, str], body: str) -> tuple[Prompt, E
     )
     key_env = given.get("key_env", "OPENAI_API_KEY" if url.startswith("https://") else "")
     timeout_s = _number(path, given, "timeout_s", 60.0, minimum=0.1)
-    return prompt, Endpoint(url=url, key_env=key_env, timeout_s=timeout_s, file=path.name)
+    return prompt, ChatEndpoint(url=url, key_env=key_env, timeout_s=timeout_s, file=path.name)
 
 
 def _number(path: Path, given: Mapping[str, str], key: str, default: float, *, minimum: float = 0.0) -> float:

@@ -23,7 +23,7 @@ BISECTIONS = 60
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Interval:
+class RevisitInterval:
     """An item seen in a container, and whether it was still there when that was looked into again, days later."""
 
     item_type: ItemType
@@ -31,14 +31,14 @@ class Interval:
     stayed: bool
 
 
-def fit_pace(intervals: Iterable[Interval], rates: MoveRates, *, prior_moves: float = PRIOR_MOVES) -> float:
+def fit_pace(intervals: Iterable[RevisitInterval], rates: MoveRates, *, prior_moves: float = PRIOR_MOVES) -> float:
     """The factor on all rates under which the intervals are most probable, drawn to 1."""
     exposures = [(rates.of(i.item_type) * i.days, i.stayed) for i in intervals if i.days > 0]
     return _fit(exposures, known=1.0, prior_moves=prior_moves)
 
 
 def fit_rates(
-    intervals: Sequence[Interval], known: MoveRates, *, prior_moves: float = PRIOR_MOVES
+    intervals: Sequence[RevisitInterval], known: MoveRates, *, prior_moves: float = PRIOR_MOVES
 ) -> tuple[RateRow, ...]:
     """Rates by type: the known ones times the household's pace, each then moved by what its own type did.
 
@@ -46,7 +46,7 @@ def fit_rates(
         A row for each known or observed type, and one for all others.
     """
     pace = fit_pace(intervals, known, prior_moves=prior_moves)
-    by_type: dict[ItemType, list[Interval]] = {}
+    by_type: dict[ItemType, list[RevisitInterval]] = {}
     for interval in intervals:
         if interval.days > 0:
             by_type.setdefault(ItemType(generic_type(interval.item_type)), []).append(interval)
@@ -56,13 +56,13 @@ def fit_rates(
     return (RateRow(item_type=OTHERS, rate=pace * known.others, moves=moves, days=days), *rows)
 
 
-def _row(item_type: ItemType, found: list[Interval], expected: float, prior_moves: float) -> RateRow:
+def _row(item_type: ItemType, found: list[RevisitInterval], expected: float, prior_moves: float) -> RateRow:
     moves, days = _counted(found)
     rate = _fit([(i.days, i.stayed) for i in found], known=expected, prior_moves=prior_moves)
     return RateRow(item_type=item_type, rate=rate, moves=moves, days=days)
 
 
-def _counted(found: Iterable[Interval]) -> tuple[float, float]:
+def _counted(found: Iterable[RevisitInterval]) -> tuple[float, float]:
     observed = list(found)
     return float(sum(not i.stayed for i in observed)), sum(i.days for i in observed)
 

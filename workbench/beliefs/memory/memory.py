@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 
-from workbench.beliefs.memory.fit_rates import Interval, fit_pace
+from workbench.beliefs.memory.fit_rates import RevisitInterval, fit_pace
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
 from workbench.errors import BadValue, InputError
 from workbench.worlds.house import ContainerId, ItemType
@@ -119,14 +119,16 @@ def remember(history: Iterable[PastLook], *, at_ns: int, rates: MoveRates) -> Me
     )
 
 
-def intervals(history: Iterable[PastLook]) -> tuple[Interval, ...]:
+def intervals(history: Iterable[PastLook]) -> tuple[RevisitInterval, ...]:
     """Each item type seen in a container: how long until another run looked there again, and whether it stayed."""
-    found: list[Interval] = []
+    found: list[RevisitInterval] = []
     before: dict[ContainerId, PastLook] = {}
     for look in sorted(history, key=lambda look: (look.seen_ns, look.container)):
         earlier = before.get(look.container)
         if earlier is not None and not look.changed and earlier.run != look.run:
             days = (look.seen_ns - earlier.seen_ns) / NS_PER_DAY
-            found += [Interval(item_type=t, days=days, stayed=t in look.item_types) for t in earlier.item_types]
+            found += [
+                RevisitInterval(item_type=t, days=days, stayed=t in look.item_types) for t in earlier.item_types
+            ]
         before[look.container] = look
     return tuple(found)

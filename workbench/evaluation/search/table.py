@@ -16,7 +16,12 @@ import numpy as np
 from workbench.arrays import Floats
 from workbench.errors import BadValue
 from workbench.evaluation.search.trials import ORACLE, SearchTrial
-from workbench.evaluation.statistics import Estimate, mean_with_interval, paired_difference, ratio_with_interval
+from workbench.evaluation.statistics import (
+    IntervalEstimate,
+    mean_with_interval,
+    paired_difference,
+    ratio_with_interval,
+)
 from workbench.tolerances import ROUNDING
 
 GREEDY = "greedy"
@@ -164,7 +169,7 @@ def _pair(costs: Costs, a: str, b: str, seed: int, level: float) -> dict[str, An
     }
 
 
-def _ends(estimate: Estimate) -> list[float | None]:
+def _ends(estimate: IntervalEstimate) -> list[float | None]:
     return [_number(estimate.lower), _number(estimate.upper)]
 
 

@@ -94,7 +94,7 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+class PlannedTrials:
     """All trials of a request, and the houses that could not support a scenario, with the reason."""
 
     keys: tuple[TrialKey, ...]
@@ -104,7 +104,7 @@ class Plan:
     """Number of houses that support each scenario."""
 
 
-class NoHouse(Unsupported):
+class NoSupportingHouse(Unsupported):
     """No house supports any of the scenarios."""
 
     def __init__(self, request: TaskRequest) -> None:
@@ -146,7 +146,7 @@ def strategy_list(names: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*chosen, "oracle")))
 
 
-def plan_trials(request: TaskRequest, fold_split: FoldSplit | None = None) -> Plan:
+def plan_trials(request: TaskRequest, fold_split: FoldSplit | None = None) -> PlannedTrials:
     """All trials of a request. Houses that cannot support a scenario are reported, not skipped silently.
 
     Args:
@@ -170,7 +170,7 @@ def plan_trials(request: TaskRequest, fold_split: FoldSplit | None = None) -> Pl
         houses[scenario] = len(fine)
         refused += [(scenario, other.house, other.lacks) for other in others]
         keys += trial_keys(scenario, request.houses, fine, trials=request.trials, seed=request.seed)
-    return Plan(keys=tuple(keys), refused=tuple(refused), houses=houses)
+    return PlannedTrials(keys=tuple(keys), refused=tuple(refused), houses=houses)
 
 
 def remaining_units(

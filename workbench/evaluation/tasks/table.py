@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.evaluation.statistics import (
-    Estimate,
+    IntervalEstimate,
     ends_in_words,
     mean_with_interval,
     paired_difference,
@@ -23,7 +23,7 @@ from workbench.evaluation.tasks.rows import TaskRow
 from workbench.tolerances import NEAR_COST
 
 if TYPE_CHECKING:
-    from workbench.evaluation.tasks.experiment import Plan, TaskRequest
+    from workbench.evaluation.tasks.experiment import PlannedTrials, TaskRequest
 
 REFERENCE = "model-lios"
 """The reference of paired differences: the paper's own strategy."""
@@ -34,7 +34,7 @@ OURS = (
 )
 
 
-def answer_of(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dict[str, Any]:
+def answer_of(request: TaskRequest, planned: PlannedTrials, rows: Sequence[TaskRow]) -> dict[str, Any]:
     """The results as plain values for JSON."""
     return {
         "houses": request.houses,
@@ -168,7 +168,7 @@ def _pair(scenario: str, a: str, b: str, these: list[TaskRow], seed: int) -> dic
     costs_b = np.array([second[t].cost for t in trials])
     houses = [first[t].house for t in trials]
     difference = paired_difference(costs_a, costs_b, houses, rng=np.random.default_rng(seed))
-    share: Estimate = ratio_with_interval(costs_a - costs_b, costs_b, houses, rng=np.random.default_rng(seed))
+    share: IntervalEstimate = ratio_with_interval(costs_a - costs_b, costs_b, houses, rng=np.random.default_rng(seed))
     return {
         "scenario": scenario,
         "a": a,

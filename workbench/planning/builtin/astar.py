@@ -33,13 +33,13 @@ from workbench.planning.builtin.search_interface import (
     PREPARE,
     SOLVED,
     RecipeArrays,
-    SearchQuery,
+    RecipeQuery,
 )
 from workbench.planning.builtin.search_queue import INF, compiled, grown_table, pop, push, row_of_code
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
 
-def search(recipe: RecipeArrays, query: SearchQuery) -> tuple[int, float, float, Ints, int]:
+def search(recipe: RecipeArrays, query: RecipeQuery) -> tuple[int, float, float, Ints, int]:
     """A* search from one state.
 
     Returns:

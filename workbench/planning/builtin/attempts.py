@@ -12,7 +12,7 @@ from workbench.arrays import Ints
 from workbench.planning.builtin.greedy_order import errand_order
 from workbench.planning.builtin.recipe_arrays import arrays_of, routes_of
 from workbench.planning.builtin.recipes import MAX_RECIPES, Recipe, recipes_of
-from workbench.planning.builtin.search_interface import CARRY, FETCH, PLACE, RecipeArrays, SearchQuery
+from workbench.planning.builtin.search_interface import CARRY, FETCH, PLACE, RecipeArrays, RecipeQuery
 from workbench.planning.problem import Problem
 from workbench.search.ties import by_cost
 
@@ -83,7 +83,7 @@ def find_moves(
 ) -> tuple[int, float, float, Ints, int]:
     from workbench.planning.builtin.astar import search
 
-    query = SearchQuery(
+    query = RecipeQuery(
         robot=problem.locations.index(problem.robot_at),
         hand=attempt.hand,
         spent=float(problem.costs.manipulation) if attempt.put_down else 0.0,

@@ -51,7 +51,7 @@ class RecipeArrays(NamedTuple):
     c: float
 
 
-class SearchQuery(NamedTuple):
+class RecipeQuery(NamedTuple):
     """Where one search begins, and how far it goes.
 
     Attributes:

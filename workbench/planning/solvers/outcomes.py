@@ -8,7 +8,7 @@ may have missed one. Codes 1 to 3 come with a plan, and 23 may: a plan on disk i
 from __future__ import annotations
 
 from workbench.planning.plans import Plan, PlanStatus
-from workbench.planning.solvers.subprocess_limits import Answer, Exit
+from workbench.planning.solvers.subprocess_limits import Exit, ProgramResult
 
 PROVEN_CODES = (10, 11)
 """Unsolvable by the translator or by the search."""
@@ -21,7 +21,7 @@ SHOWN = 200
 """Characters of a planner's last line that a note holds."""
 
 
-def without_plan(answer: Answer, *, solver: str, program: str) -> Plan:
+def without_plan(answer: ProgramResult, *, solver: str, program: str) -> Plan:
     """The result of a program that ended without a plan.
 
     Args:
@@ -31,7 +31,7 @@ def without_plan(answer: Answer, *, solver: str, program: str) -> Plan:
     return Plan(status=status, solver=solver, note=note)
 
 
-def _status(answer: Answer, program: str) -> tuple[PlanStatus, str]:
+def _status(answer: ProgramResult, program: str) -> tuple[PlanStatus, str]:
     if answer.exit is Exit.TIMED_OUT:
         return PlanStatus.TIMED_OUT, "no plan within the time limit"
     if answer.exit is Exit.ENDED:
@@ -48,5 +48,5 @@ def _status(answer: Answer, program: str) -> tuple[PlanStatus, str]:
     return PlanStatus.SOLVER_FAILED, note
 
 
-def _said(answer: Answer) -> str:
+def _said(answer: ProgramResult) -> str:
     return next((line for line in reversed(answer.output.splitlines()) if line.strip()), "nothing")[:SHOWN]

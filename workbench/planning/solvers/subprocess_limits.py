@@ -44,7 +44,7 @@ class Exit(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
+class ProgramResult:
     """How a program ended. `output` is the first megabyte of its standard output and error."""
 
     exit: Exit
@@ -61,7 +61,7 @@ def run_program(
     stdin: Path | None = None,
     environment: Mapping[str, str] | None = None,
     limited: MemoryLimit = MemoryLimit.ADDRESS_SPACE,
-) -> Answer:
+) -> ProgramResult:
     """Run a program until it exits or reaches a limit.
 
     Args:
@@ -74,7 +74,7 @@ def run_program(
         limited: what memory_bytes counts.
     """
     if not _program_exists(command[0], folder):
-        return Answer(exit=Exit.NOT_STARTED, output=f"{command[0]}: no such program")
+        return ProgramResult(exit=Exit.NOT_STARTED, output=f"{command[0]}: no such program")
     with tempfile.TemporaryFile() as output, open(stdin or os.devnull, "rb") as source:
         try:
             process = subprocess.Popen(
@@ -87,7 +87,7 @@ def run_program(
                 env={**os.environ, **(environment or {})},
             )
         except (OSError, ValueError) as error:
-            return Answer(exit=Exit.NOT_STARTED, output=str(error))
+            return ProgramResult(exit=Exit.NOT_STARTED, output=str(error))
         try:
             process.wait(timeout=max(time_s, 0.001))
             timed_out = False
@@ -98,9 +98,9 @@ def run_program(
         output.seek(0)
         said = output.read(MAX_OUTPUT_BYTES).decode("utf-8", errors="replace")
     if timed_out or process.returncode == -signal.SIGXCPU:
-        return Answer(exit=Exit.TIMED_OUT, code=process.returncode, output=said)
+        return ProgramResult(exit=Exit.TIMED_OUT, code=process.returncode, output=said)
     crashed = process.returncode < 0
-    return Answer(exit=Exit.CRASHED if crashed else Exit.ENDED, code=process.returncode, output=said)
+    return ProgramResult(exit=Exit.CRASHED if crashed else Exit.ENDED, code=process.returncode, output=said)
 
 
 def _program_exists(program: str, folder: Path) -> bool:

@@ -197,7 +197,7 @@ def _setup(here: SearchSpace, miss: Floats, costs: ActionCosts, model: LookModel
     )
 
 
-class Program(Protocol):
+class LooksProgram(Protocol):
     """What reference.py and compiled.py of this folder both are."""
 
     def cost_table(
@@ -210,10 +210,10 @@ class Program(Protocol):
 
 
 @cache
-def program() -> Program:
+def program() -> LooksProgram:
     """The compiled program, or the readable one where numba cannot be imported."""
     try:
         from workbench.search.repeated_looks import compiled
     except ImportError:
-        return cast(Program, reference)
-    return cast(Program, compiled)
+        return cast(LooksProgram, reference)
+    return cast(LooksProgram, compiled)

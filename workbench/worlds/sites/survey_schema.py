@@ -85,7 +85,7 @@ class DetectorEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         "frontleft_fisheye_image",
         "frontright_fisheye_image",
     )
-    family: Literal["36h11", "36h10", "25h9", "16h5"] = "36h11"
+    family: Literal["36h11", "36h10", "25h9", "16h5", "alvar"] = "36h11"
     p_detect: Chance = 1.0
     p_detect_of: dict[Name, Chance] = {}
 

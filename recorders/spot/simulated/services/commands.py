@@ -21,7 +21,7 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.body import Motors, WalkState
 from recorders.spot.simulated.frames import pose_in_map
-from recorders.spot.simulated.robot import PLACE_S, RobotState
+from recorders.spot.simulated.robot import PLACE_S, SimulatedState
 from workbench.log_schema.events import NANO
 
 PROCESSING = basic_command_pb2.RobotCommandFeedbackStatus.STATUS_PROCESSING
@@ -33,7 +33,7 @@ OVERRIDDEN = basic_command_pb2.RobotCommandFeedbackStatus.STATUS_COMMAND_OVERRID
 class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
     """Stand, sit, stop, walk to a pose, power off safely, arm and gripper."""
 
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def RobotCommand(
@@ -85,7 +85,7 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
         answer = robot_command_pb2.ClearBehaviorFaultResponse
         return answer(header=header_of(self._state, request), status=answer.STATUS_CLEARED)
 
-    def _obey(self, state: RobotState, command: robot_command_pb2.RobotCommand) -> int | None:
+    def _obey(self, state: SimulatedState, command: robot_command_pb2.RobotCommand) -> int | None:
         body, full, sync = state.body, command.full_body_command, command.synchronized_command
         if full.HasField("safe_power_off_request"):
             if state.held is not None and state.arm_deployed:
@@ -110,7 +110,7 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
             number = number or state.number("gripper")
         return number
 
-    def _move(self, state: RobotState, command: mobility_command_pb2.MobilityCommand.Request) -> int | None:
+    def _move(self, state: SimulatedState, command: mobility_command_pb2.MobilityCommand.Request) -> int | None:
         body = state.body
         if command.HasField("se2_trajectory_request"):
             wanted = command.se2_trajectory_request
@@ -133,7 +133,7 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
         return None
 
 
-def _move_arm(state: RobotState, command: arm_command_pb2.ArmCommand.Request) -> int:
+def _move_arm(state: SimulatedState, command: arm_command_pb2.ArmCommand.Request) -> int:
     """Move the arm; what a careless motion would run into is noted."""
     named = arm_command_pb2.NamedArmPositionsCommand
     state.arm_busy_until_s = state.body.lived_s + PLACE_S
@@ -161,13 +161,13 @@ def _move_arm(state: RobotState, command: arm_command_pb2.ArmCommand.Request) ->
     return number
 
 
-def lasts_s(state: RobotState, end_time: Timestamp) -> float:
+def lasts_s(state: SimulatedState, end_time: Timestamp) -> float:
     """Remaining time of a command in seconds of body time."""
     left = (end_time.seconds * NANO + end_time.nanos - state.clock.robot_ns()) / NANO
     return left * getattr(state.clock, "speed_up", 1.0)
 
 
-def _feedback(state: RobotState, kind: str, number: int) -> synchronized_command_pb2.SynchronizedCommand.Feedback:
+def _feedback(state: SimulatedState, kind: str, number: int) -> synchronized_command_pb2.SynchronizedCommand.Feedback:
     body = state.body
     feedback = synchronized_command_pb2.SynchronizedCommand.Feedback()
     moving = mobility_command_pb2.MobilityCommand.Feedback(status=PROCESSING)

@@ -9,7 +9,7 @@ from bosdyn.api.docking import docking_pb2, docking_service_pb2_grpc
 
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.body import Motors, WalkState
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 
 DOCK_S = 5.0
 NEAR_M = 1.5
@@ -18,7 +18,7 @@ Feedback = docking_pb2.DockingCommandFeedbackResponse
 
 
 class Docking(docking_service_pb2_grpc.DockingServiceServicer):
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
         self._began_s = 0.0
         self._wanted: int | None = None
@@ -71,7 +71,7 @@ class Docking(docking_service_pb2_grpc.DockingServiceServicer):
                 header=header_of(state, request), dock_state=dock_state(status=docked, dock_id=state.dock or 0)
             )
 
-    def _advance(self, state: RobotState) -> docking_pb2.DockingCommandFeedbackResponse.Status.ValueType:
+    def _advance(self, state: SimulatedState) -> docking_pb2.DockingCommandFeedbackResponse.Status.ValueType:
         start, here = state.site.plan.start, state.body.pose
         if self._wanted is not None and hypot(here.x_m - start.x_m, here.y_m - start.y_m) > NEAR_M:
             return Feedback.STATUS_ERROR_TOO_DISTANT

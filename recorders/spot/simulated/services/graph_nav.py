@@ -13,7 +13,7 @@ from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.body import Motors, WalkState
 from recorders.spot.simulated.frames import height_of, kinematics, se3, stamp, yaw_of
 from recorders.spot.simulated.graph_map import GraphMap, relative, shifted
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 from recorders.spot.simulated.services.commands import lasts_s
 from workbench.worlds.geometry import Pose
 
@@ -29,7 +29,7 @@ Upload = TypeVar(
 class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
     """Localisation by fiducial, navigation on the site's map, upload and download of maps."""
 
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
         self._map = GraphMap(state.site, state.fiducials)
 
@@ -181,7 +181,7 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
         return graph_nav_pb2.UploadEdgeSnapshotResponse(header=header_of(self._state, first))
 
     def _set_off(
-        self, state: RobotState, request: Navigate, goal: Pose, used: Sequence[lease_pb2.LeaseUseResult]
+        self, state: SimulatedState, request: Navigate, goal: Pose, used: Sequence[lease_pb2.LeaseUseResult]
     ) -> tuple[str, int]:
         """Start or continue a walk; returns the status name (shared by both kinds of response) and the command id,
         0 if none."""
@@ -207,7 +207,7 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
         number = state.walk_to(goal, speed_mps=limit, lasts_s=lasts, turn=turn)
         return ("STATUS_NO_PATH", 0) if number is None else ("STATUS_OK", number)
 
-    def _localization(self, state: RobotState) -> nav_pb2.Localization:
+    def _localization(self, state: SimulatedState) -> nav_pb2.Localization:
         pose, height = state.body.pose, height_of(state.body)
         name = self._map.nearest(pose)
         local = relative(self._map.waypoints[name], pose)
@@ -229,12 +229,12 @@ def _joined(requests: Iterable[Upload]) -> tuple[Upload, bytes]:
     return taken[0], b"".join(request.chunk.data for request in taken)
 
 
-def _used(state: RobotState, request: Navigate) -> list[lease_pb2.LeaseUseResult]:
+def _used(state: SimulatedState, request: Navigate) -> list[lease_pb2.LeaseUseResult]:
     return [state.leases.use(lease) for lease in request.leases]
 
 
 def _navigation_feedback(
-    state: RobotState, request: graph_nav_pb2.NavigationFeedbackRequest
+    state: SimulatedState, request: graph_nav_pb2.NavigationFeedbackRequest
 ) -> graph_nav_pb2.NavigationFeedbackResponse:
     answer = graph_nav_pb2.NavigationFeedbackResponse
     walk = state.body.walk

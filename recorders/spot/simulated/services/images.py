@@ -23,7 +23,7 @@ from recorders.spot.simulated.camera import (
     jpeg,
 )
 from recorders.spot.simulated.frames import frame_tree, in_body, stamp
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 from recorders.spot.simulated.tag_drawing import facing
 
 DEPTH_SOURCE = "frontleft_depth"
@@ -31,7 +31,7 @@ DEPTH_HEADING_RAD = CAMERAS["frontleft_fisheye_image"]
 
 
 class Images(image_service_pb2_grpc.ImageServiceServicer):
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def ListImageSources(
@@ -91,7 +91,7 @@ class Images(image_service_pb2_grpc.ImageServiceServicer):
         return response
 
 
-def _cameras(state: RobotState) -> tuple[str, ...]:
+def _cameras(state: SimulatedState) -> tuple[str, ...]:
     return tuple(name for name in CAMERAS if state.site.robot.arm or not name.startswith("hand"))
 
 

@@ -6,13 +6,13 @@ import grpc
 from bosdyn.api import license_pb2, license_service_pb2_grpc
 
 from recorders.spot.simulated.basic_services import header_of
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 
 FEATURES = ("arm", "graph-nav")
 
 
 class Licences(license_service_pb2_grpc.LicenseServiceServicer):
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def GetLicenseInfo(

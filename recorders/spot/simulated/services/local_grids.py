@@ -10,7 +10,7 @@ from bosdyn.api import local_grid_pb2, local_grid_service_pb2_grpc
 
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.frames import frame_tree, height_of, se3, stamp
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 from workbench.arrays import Floats, Ints, Ints16
 from workbench.worlds.maps.clearance import distances_to
 
@@ -24,7 +24,7 @@ FAR_M = 3.0
 class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
     """Distances to obstacles around the body, from the site's map; run-length encoded as on the robot."""
 
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def GetLocalGridTypes(
@@ -49,7 +49,7 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
                 answer.local_grid.CopyFrom(self._grid(state, name))
             return response
 
-    def _grid(self, state: RobotState, name: str) -> local_grid_pb2.LocalGrid:
+    def _grid(self, state: SimulatedState, name: str) -> local_grid_pb2.LocalGrid:
         half = GRID_CELLS * GRID_CELL_M / 2
         axis = (np.arange(GRID_CELLS, dtype=np.float64) + 0.5) * GRID_CELL_M - half
         metres = self._clearance(state, axis)
@@ -74,7 +74,7 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
             cell_value_offset=0.0,
         )
 
-    def _clearance(self, state: RobotState, axis: Floats) -> Floats:
+    def _clearance(self, state: SimulatedState, axis: Floats) -> Floats:
         """Distances in metres to the nearest obstacle, shape (cells along y, cells along x) in the body frame."""
         grid = state.site.grid
         if grid is None:

@@ -8,13 +8,13 @@ from bosdyn.api import manipulation_api_pb2, manipulation_api_service_pb2_grpc
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.body import Motors
 from recorders.spot.simulated.frames import frame_tree, point_in_map
-from recorders.spot.simulated.robot import PICK_S, RobotState
+from recorders.spot.simulated.robot import PICK_S, SimulatedState
 
 
 class Manipulation(manipulation_api_service_pb2_grpc.ManipulationApiServiceServicer):
     """Grasps the item at a point within PICK_S seconds."""
 
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def ManipulationApi(

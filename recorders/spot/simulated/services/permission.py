@@ -15,11 +15,11 @@ from bosdyn.api import (
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.body import Motors, WalkState
 from recorders.spot.simulated.leases import PARTS, ROOT
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 
 
 class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def AcquireLease(
@@ -85,7 +85,7 @@ class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
 
 
 class Estops(estop_service_pb2_grpc.EstopServiceServicer):
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
     def RegisterEstopEndpoint(
@@ -150,7 +150,7 @@ class Estops(estop_service_pb2_grpc.EstopServiceServicer):
 
 
 class Power(power_service_pb2_grpc.PowerServiceServicer):
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
         self._last = power_pb2.STATUS_SUCCESS
 

@@ -48,7 +48,7 @@ from recorders.spot.simulated.basic_services import (
     RobotIdentity,
 )
 from recorders.spot.simulated.faults import Fault, FaultKind
-from recorders.spot.simulated.robot import NEWEST, RobotState, new_state
+from recorders.spot.simulated.robot import NEWEST, SimulatedState, new_state
 from recorders.spot.simulated.sensing import State, WorldObjects
 from recorders.spot.simulated.services.commands import Commands
 from recorders.spot.simulated.services.docking import Docking
@@ -118,7 +118,7 @@ class SimulatedSpot:
     ) -> None:
         self.software = software
         self.clock = clock or RunningClock()
-        self.state: RobotState = new_state(site, house, self.clock, faults=faults, seed=seed)
+        self.state: SimulatedState = new_state(site, house, self.clock, faults=faults, seed=seed)
         self.state.software = software
         self.state.on_drop = self._drop_from_inside
         self.username, self.password = login.username, login.password
@@ -233,7 +233,7 @@ def _unauthenticated(request: object, context: grpc.ServicerContext) -> NoReturn
     context.abort(grpc.StatusCode.UNAUTHENTICATED, "401 no valid user token")
 
 
-def _register(server: grpc.Server, state: RobotState, auth: Auth, time_sync: TimeSync) -> None:
+def _register(server: grpc.Server, state: SimulatedState, auth: Auth, time_sync: TimeSync) -> None:
     directory_service_pb2_grpc.add_DirectoryServiceServicer_to_server(Directory(state), server)
     auth_service_pb2_grpc.add_AuthServiceServicer_to_server(auth, server)
     robot_id_service_pb2_grpc.add_RobotIdServiceServicer_to_server(RobotIdentity(state), server)

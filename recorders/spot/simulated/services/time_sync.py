@@ -13,7 +13,7 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from recorders.spot.client.time_source import SteppedClock
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.frames import stamp
-from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.robot import SimulatedState
 from workbench.log_schema.events import NANO
 
 MIN_SAMPLES, KEPT_SAMPLES = 5, 50
@@ -27,7 +27,7 @@ class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
     step.
     """
 
-    def __init__(self, state: RobotState) -> None:
+    def __init__(self, state: SimulatedState) -> None:
         self._state = state
         self._keep = 1 if isinstance(state.clock, SteppedClock) else KEPT_SAMPLES
         self._count: dict[str, int] = {}

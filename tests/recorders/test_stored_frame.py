@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 import zstandard
 
-from replayers.mcap_io.stored_frame import SINGLE_SEGMENT, stored_frame
+from recorders.mcap_io.stored_frame import SINGLE_SEGMENT, store, stored_frame
 
 PICTURES = random.Random(1).randbytes(1_300_000)
 
@@ -25,9 +25,10 @@ def test_what_zstd_stores_is_read_with_both_checksums(size: int, level: int) -> 
     ):  # zstd could compress a few bytes after all, or the content is longer than the window of its level
         assert len(frame) < size or not frame[4] & SINGLE_SEGMENT
         return
-    assert found.content == content
+    assert found.content() == content
+    assert found.content_bytes == size
     assert found.crc == zlib.crc32(content)
-    assert found.frame_crc == zlib.crc32(frame)
+    assert found.frame_crc() == zlib.crc32(frame)
 
 
 def test_a_frame_of_pictures_is_stored() -> None:
@@ -62,7 +63,17 @@ def test_no_flipped_byte_is_read_as_what_zstd_would_not_read() -> None:
             flipped[at] ^= 1 << bit
             found = stored_frame(bytes(flipped))
             if found is not None:
-                assert found.content == zstandard.ZstdDecompressor().decompress(
+                assert found.content() == zstandard.ZstdDecompressor().decompress(
                     bytes(flipped), allow_extra_data=False
                 )
                 assert found.crc != zlib.crc32(PICTURES[:3000])
+
+
+@pytest.mark.parametrize("size", [0, 1, 255, 256, 65_791, 131_072, 131_073, 1_300_000])
+def test_what_is_stored_is_read_by_zstd_and_has_both_checksums(size: int) -> None:
+    content = bytearray(PICTURES[:size])
+    made = store(content)
+    assert zstandard.ZstdDecompressor().decompress(bytes(made.frame), allow_extra_data=False) == content
+    assert zstandard.frame_content_size(bytes(made.frame)) == size
+    assert (made.crc, made.frame_crc()) == (zlib.crc32(content), zlib.crc32(made.frame))
+    assert made.content() == content
