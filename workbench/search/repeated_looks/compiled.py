@@ -93,7 +93,7 @@ def _cost_table(
     for item in range(items):
         for first in range(0, targets, width):
             tile = min(width, targets - first)
-            others_left, others_stood = 0, k - 1
+            others = (0, k - 1)
             for a in range(k):
                 digits[a] = looks
                 row[a] = start[a] + power[a] - 1
@@ -103,26 +103,7 @@ def _cost_table(
                 for g in range(tile):
                     reward[a, g] = found[item, a, first + g]
             for state in range(power[k] - 2, -1, -1):
-                if digits[0] > 0:  # only the lowest digit differs from that of the state before
-                    digits[0] -= 1
-                    for a in range(1, k):
-                        row[a] -= 1
-                else:
-                    lowest = 0
-                    while digits[lowest] == 0:
-                        digits[lowest] = looks
-                        lowest += 1
-                    digits[lowest] -= 1
-                    lower = looks
-                    others_left = others_stood = 0
-                    for a in range(1, k):
-                        row[a] = start[a] + lower
-                        lower += digits[a] * power[a]
-                        left[others_left], stood[others_stood] = a, a
-                        others_left += digits[a] < looks
-                        others_stood += digits[a] > 0
-                left[others_left], stood[others_stood] = 0, 0
-                count, places = others_left + (digits[0] < looks), others_stood + (digits[0] > 0)
+                count, places, others = _next_state(digits, row, left, stood, others, start, power, looks)
                 r = missing[item, state]
                 for c in range(count):
                     gain[c] = r - missing[item, state + power[left[c]]]
@@ -139,6 +120,41 @@ def _cost_table(
                 least(best, missing[item, 0], from_m[item, o], left, k, onward)
                 for g in range(tile):
                     answer[item, o, first + g] = best[g]
+
+
+@njit(nogil=True, inline="always")
+def _next_state(
+    digits: Ints, row: Ints, left: Ints, stood: Ints, others: tuple[int, int], start: Ints, power: Ints, looks: int
+) -> tuple[int, int, tuple[int, int]]:
+    """Counts down to the next state; returns how many candidates have looks left, at how many
+    the robot may stand, and `others` anew.
+
+    They are listed, in left and stood, candidate 0 last; row says where each candidate's row begins.
+
+    Args:
+        others: how many of candidates other than 0 are in left and in stood.
+    """
+    in_left, in_stood = others
+    if digits[0] > 0:  # only the lowest digit differs from that of the state before
+        digits[0] -= 1
+        for a in range(1, len(digits)):
+            row[a] -= 1
+    else:
+        lowest = 0
+        while digits[lowest] == 0:
+            digits[lowest] = looks
+            lowest += 1
+        digits[lowest] -= 1
+        lower = looks
+        in_left = in_stood = 0
+        for a in range(1, len(digits)):
+            row[a] = start[a] + lower
+            lower += digits[a] * power[a]
+            left[in_left], stood[in_stood] = a, a
+            in_left += digits[a] < looks
+            in_stood += digits[a] > 0
+    left[in_left], stood[in_stood] = 0, 0
+    return in_left + (digits[0] < looks), in_stood + (digits[0] > 0), (in_left, in_stood)
 
 
 @njit(cache=True, nogil=True)
