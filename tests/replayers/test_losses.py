@@ -206,9 +206,12 @@ def test_replay_figures_and_capsule_of_a_cut_log_end_as_list_and_export_do(
         assert ("cut off" in told) is (code == 3), (words, told)
 
 
-def test_a_missing_end_is_told_and_ends_with_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+def test_a_missing_end_is_told_and_ends_with_0(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
     """Nothing had to be dropped of a log that was cut off between two records."""
-    log, chunk = tmp_path / "cut.mcap", chunks_of(LOGS / "find-lios.mcap")[9]
+    monkeypatch.chdir(tmp_path)  # a long path would break the words of a table
+    log, chunk = Path("cut.mcap"), chunks_of(LOGS / "find-lios.mcap")[9]
     end = chunk.chunk_start_offset + chunk.chunk_length + chunk.message_index_length
     log.write_bytes((LOGS / "find-lios.mcap").read_bytes()[:end])
     for words in (

@@ -26,8 +26,8 @@ class TextFinder:
     def __init__(self) -> None:
         try:
             import cv2
-            import onnxruntime  # RapidOCR runs on it by default, and does not require it
-            from rapidocr import RapidOCR
+            import onnxruntime  # pyright: ignore[reportMissingImports] (RapidOCR runs on it and does not require it)
+            from rapidocr import RapidOCR  # pyright: ignore[reportMissingImports] (not in the extra `test`)
         except ImportError as error:
             raise MissingExtra("Blurring text", EXTRA) from error
         self._cv2: Any = cv2
