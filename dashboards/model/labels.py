@@ -7,9 +7,10 @@ from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 
 from workbench.worlds.names import readable_name
+from workbench.worlds.sight.sightings import ON_THE_WAY, stop_point
 
-ID = re.compile(r"\b([A-Za-z]\w*)\|(\d[\w|]*)")
-"""The id of a container in a house: its type, then numbers."""
+ID = re.compile(rf"\b{ON_THE_WAY}\|[\d.|-]*\d|\b([A-Za-z]\w*)\|(\d[\w|]*)")
+"""The id of a stop on the way, or of a container in a house: its type, then numbers."""
 MAX_LABEL_CHARS = 40
 WORD = re.compile(r"\w+")
 DOINGS: Mapping[str, str] = MappingProxyType(
@@ -29,7 +30,10 @@ DOINGS: Mapping[str, str] = MappingProxyType(
 
 
 def place_words(location: str) -> str:
-    """A readable location: the generic name of its kind, and which one."""
+    """A readable location: the generic name of its kind, and which one; a stop on the way by its coordinates."""
+    stop = stop_point(location)
+    if stop is not None:
+        return f"a stop on the way at ({stop[0]:.2f} m, {stop[1]:.2f} m)"
     kind, _, which = location.partition("|")
     return f"{readable_name(kind)} {which}".strip()
 

@@ -12,6 +12,7 @@ from toy import COUNTER, TABLE, toy_plan
 from toy_run import ns, toy_run
 
 from dashboards.geometry.sight_marks import DOTS_APART_M, dots_between, eye, field_mesh
+from dashboards.model.labels import action_words, humanize_ids
 from dashboards.model.perception.sight import field_of, seen_in_passing, sight_outline
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import Timeline, timeline_of
@@ -90,3 +91,9 @@ def test_marks_by_hand() -> None:
     assert areas.sum() == pytest.approx(2.0)
     lids, triangles = eye()
     assert triangles.max() < len(lids)
+
+
+def test_a_stop_on_the_way_is_named_by_its_coordinates():
+    words = "a stop on the way at (2.65 m, -3.85 m)"
+    assert action_words("move", (), "on the way|2.650|-3.850") == f"move to {words}"
+    assert humanize_ids("went on the way|2.650|-3.850.") == f"went {words}."
