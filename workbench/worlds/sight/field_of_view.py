@@ -15,7 +15,7 @@ from workbench.arrays import Floats
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.maps.occupancy import OccupancyGrid, walls_of
-from workbench.worlds.sight.lines_of_sight import checked_radius
+from workbench.worlds.sight.lines_of_sight import checked_radius, in_walls
 
 RAYS = 180
 
@@ -59,13 +59,7 @@ class FieldOfView:
         turn = np.arange(RAYS) * (2 * np.pi / RAYS)
         ray_x = point[0] + np.cos(turn)[:, None] * along_m
         ray_y = point[1] + np.sin(turn)[:, None] * along_m
-        row = np.floor((ray_y - grid.origin[1]) / grid.resolution_m).astype(np.int64)
-        column = np.floor((ray_x - grid.origin[0]) / grid.resolution_m).astype(np.int64)
-        rows, columns = grid.occupied.shape
-        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        wall = grid.occupied[row.clip(0, rows - 1), column.clip(0, columns - 1)] | ~inside
-        own_row, own_column = grid.cell_at(point)
-        wall &= (row != own_row) | (column != own_column)
+        wall = in_walls(grid, ray_x, ray_y, free=point)
         end = np.where(wall.any(axis=1), wall.argmax(axis=1), steps - 1)
         ray = np.arange(RAYS)
         return np.stack([ray_x[ray, end], ray_y[ray, end]], axis=1)

@@ -12,7 +12,7 @@ from typing import final
 
 import numpy as np
 
-from workbench.arrays import Bools
+from workbench.arrays import Bools, Floats
 from workbench.errors import BadValue
 from workbench.tolerances import ROUNDING
 from workbench.worlds.geometry import Point
@@ -32,6 +32,22 @@ def checked_radius(radius_m: float) -> float:
     if not isfinite(radius_m) or not 0 <= radius_m <= MAX_RADIUS_M:
         raise BadValue("sight radius (--sees)", radius_m, f"metres, from 0 to {MAX_RADIUS_M:g}")
     return radius_m
+
+
+def in_walls(grid: OccupancyGrid, x_m: Floats, y_m: Floats, *, free: Point) -> Bools:
+    """Whether each point blocks the view: it is in a wall or outside the grid, and not in the cell of `free`.
+
+    Args:
+        x_m, y_m: the points on the map, in metres; arrays of one shape, which is that of the result.
+    """
+    row = np.floor((y_m - grid.origin[1]) / grid.resolution_m).astype(np.int64)
+    column = np.floor((x_m - grid.origin[0]) / grid.resolution_m).astype(np.int64)
+    rows, columns = grid.occupied.shape
+    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    wall = grid.occupied[row.clip(0, rows - 1), column.clip(0, columns - 1)] | ~inside
+    free_row, free_column = grid.cell_at(free)
+    wall &= (row != free_row) | (column != free_column)
+    return wall
 
 
 @final
@@ -80,12 +96,7 @@ class LinesOfSight:
         along = np.linspace(0.0, 1.0, steps + 1)
         ray_x = at[0] + dx[rows, columns, None] * along
         ray_y = at[1] + dy[rows, columns, None] * along
-        ray_row = np.floor((ray_y - grid.origin[1]) / grid.resolution_m).astype(np.int64)
-        ray_column = np.floor((ray_x - grid.origin[0]) / grid.resolution_m).astype(np.int64)
-        centre_row, centre_column = grid.cell_at(at)
-        inside = (ray_row >= 0) & (ray_row < len(y)) & (ray_column >= 0) & (ray_column < len(x))
-        wall = grid.occupied[ray_row.clip(0, len(y) - 1), ray_column.clip(0, len(x) - 1)] | ~inside
-        wall &= (ray_row != centre_row) | (ray_column != centre_column)
+        wall = in_walls(grid, ray_x, ray_y, free=at)
         seen[rows, columns] = ~wall.any(axis=1)
         seen.flags.writeable = False
         return seen
