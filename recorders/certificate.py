@@ -13,6 +13,8 @@ from datetime import UTC, datetime, timedelta
 
 from workbench.errors import MissingExtra
 
+VALID_DAYS = 7
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Identity:
@@ -23,10 +25,8 @@ class Identity:
     root_pem: bytes
 
 
-def new_identity(
-    names: Sequence[str], *, days: int = 7, needed_by: str = "A simulated Spot", extra: str = "spot"
-) -> Identity:
-    """A fresh key and a certificate that is valid for the given DNS names for so many days, under a root of its own.
+def new_identity(names: Sequence[str], *, needed_by: str = "A simulated Spot", extra: str = "spot") -> Identity:
+    """A fresh key and a certificate that is valid for the given DNS names for VALID_DAYS, under a root of its own.
 
     Args:
         needed_by, extra: what the error names if trustme is missing, and which extra brings it.
@@ -39,6 +39,6 @@ def new_identity(
     except ImportError as error:
         raise MissingExtra(needed_by, extra) from error
     root = trustme.CA()
-    issued = root.issue_cert(*names, not_after=datetime.now(UTC) + timedelta(days=days))
+    issued = root.issue_cert(*names, not_after=datetime.now(UTC) + timedelta(days=VALID_DAYS))
     chain = b"".join(blob.bytes() for blob in issued.cert_chain_pems)
     return Identity(key_pem=issued.private_key_pem.bytes(), chain_pem=chain, root_pem=root.cert_pem.bytes())

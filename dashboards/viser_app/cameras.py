@@ -17,6 +17,8 @@ from workbench.arrays import Floats, Floats32
 FIELD_OF_VIEW = radians(38)
 FILL = 0.92
 """Share of the picture that the house fills."""
+TILT_DEG = 54.0
+"""Above the horizon, when not from above."""
 TALL_M = 1.2
 """Assumed height of what stands in a house."""
 MARKS_M = 1.35
@@ -37,16 +39,14 @@ def fitted(
     *,
     from_above: bool = False,
     aspect: float = 1.6,
-    tilt_deg: float = 54.0,
 ) -> CameraPose:
     """A pose that shows the whole house, as large as it can be.
 
     Args:
         from_above: straight down, y up; otherwise from the south, a little from the west.
         aspect: width over height of the picture.
-        tilt_deg: above the horizon, when not from above.
     """
-    tilt = radians(89.9 if from_above else tilt_deg)
+    tilt = radians(89.9 if from_above else TILT_DEG)
     turn = radians(-90.0 if from_above else -104.0)
     back = np.array([cos(tilt) * cos(turn), cos(tilt) * sin(turn), sin(tilt)])
     right = np.array([-sin(turn), cos(turn), 0.0])

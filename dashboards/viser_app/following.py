@@ -61,12 +61,12 @@ class Follower:
         return grew
 
 
-def wait_for(path: Path, *, patience_s: float, stop: Callable[[], bool] = lambda: False) -> bool:
+def wait_for(path: Path, *, patience_s: float) -> bool:
     """Waits until a log exists and can be read; False on timeout."""
     from replayers.runs.run import read
 
     until = time.monotonic() + patience_s
-    while time.monotonic() < until and not stop():
+    while time.monotonic() < until:
         if path.exists():
             try:
                 read(path)

@@ -112,9 +112,7 @@ class McapWriter:
             raise CannotCreate(self.path, error.reason) from error
 
     @classmethod
-    def append_to(
-        cls, path: Path | str, index: LogIndex, *, size: int | None = None, compression: Compression = "zstd"
-    ) -> Self:
+    def append_to(cls, path: Path | str, index: LogIndex, *, size: int | None = None) -> Self:
         """A writer that appends to a closed log; only the summary is rewritten.
 
         If that fails because the disk is full, the log is restored.
@@ -132,7 +130,7 @@ class McapWriter:
         writer._file.seek(index.data_end)
         writer._old_end = (index.data_end, writer._file.read())
         writer._file.seek(index.data_end)
-        writer._chunk_bytes, writer._compression, writer._keep_free_bytes = CHUNK_BYTES, compression, 0
+        writer._chunk_bytes, writer._compression, writer._keep_free_bytes = CHUNK_BYTES, "zstd", 0
         writer._index, writer._chunk, writer._repeat = index, Chunk(), []
         writer._offset, writer._data_crc, writer._closed = index.data_end, index.data_crc or None, False
         return writer

@@ -17,7 +17,7 @@ from typing import Protocol, final
 from recorders.mcap_io.channels import ChannelSpec
 from recorders.mcap_io.chunk import Compression
 from recorders.mcap_io.file import part_path, remove_parts
-from recorders.mcap_io.writer import CHUNK_BYTES, KEEP_FREE_BYTES, McapWriter
+from recorders.mcap_io.writer import CHUNK_BYTES, McapWriter
 from workbench.errors import BadValue, OutputExists
 
 PART_METADATA = "lios.part"
@@ -151,12 +151,11 @@ class LogFiles:
         force: bool = False,
         chunk_bytes: int = CHUNK_BYTES,
         compression: Compression = "zstd",
-        keep_free_bytes: int = KEEP_FREE_BYTES,
     ) -> None:
         self._path = Path(path)
         self._split = split or SplitLimits()
         self._force = force
-        self._chunk_bytes, self._keep_free_bytes = chunk_bytes, keep_free_bytes
+        self._chunk_bytes = chunk_bytes
         self._compression: Compression = compression
         self._standing = RepeatedData()
         self.parts: list[Path] = []
@@ -230,7 +229,6 @@ class LogFiles:
             force=self._force,
             chunk_bytes=self._chunk_bytes,
             compression=self._compression,
-            keep_free_bytes=self._keep_free_bytes,
         )
         if not self._split.never:
             before = fsencode(self.parts[-1].name).decode("utf-8", "replace") if self.parts else ""

@@ -22,6 +22,7 @@ PitInterval = tuple[float, float]
 
 MASS = 0.9
 BINS = 10
+POINTS = 100
 
 
 def pit_interval(costs: Floats, truth: float) -> PitInterval:
@@ -37,30 +38,30 @@ def pit_below(interval: PitInterval, u: float) -> float:
     return min(max((u - low) / (high - low), 0.0), 1.0)
 
 
-def share_within(interval: PitInterval, mass: float = MASS) -> float:
-    """The share of a PIT interval within the central `mass`; its mean over calibrated forecasts is `mass`."""
-    tail = (1 - mass) / 2
+def share_within(interval: PitInterval) -> float:
+    """The share of a PIT interval within the central MASS; its mean over calibrated forecasts is MASS."""
+    tail = (1 - MASS) / 2
     low, high = interval
     if high <= low:
         return float(tail <= low <= 1 - tail)
     return pit_below(interval, 1 - tail) - pit_below(interval, tail)
 
 
-def pit_histogram(intervals: Sequence[PitInterval], bins: int = BINS) -> tuple[float, ...]:
-    """The PIT histogram over equal bins of [0, 1]; every bar is 1 / bins when calibrated. Empty without intervals.
+def pit_histogram(intervals: Sequence[PitInterval]) -> tuple[float, ...]:
+    """The PIT histogram over equal bins of [0, 1]; every bar is 1 / BINS when calibrated. Empty without intervals.
 
     A hump means that forecasts are too wide, a U shape too narrow, a slope that they are biased.
     """
     if not intervals:
         return ()
-    edges = [i / bins for i in range(1, bins)]
+    edges = [i / BINS for i in range(1, BINS)]
     upto = [0.0, *(float(np.mean([pit_below(s, u) for s in intervals])) for u in edges), 1.0]
     return tuple(b - a for a, b in pairwise(upto))
 
 
-def pit_distance(intervals: Sequence[PitInterval], points: int = 100) -> float | None:
+def pit_distance(intervals: Sequence[PitInterval]) -> float | None:
     """The Kolmogorov-Smirnov distance of the mean PIT from the uniform distribution; None without intervals."""
     if not intervals:
         return None
-    grid = [i / points for i in range(1, points)]
+    grid = [i / POINTS for i in range(1, POINTS)]
     return max(abs(float(np.mean([pit_below(s, u) for s in intervals])) - u) for u in grid)

@@ -18,6 +18,8 @@ from workbench.evaluation.statistics import IntervalEstimate, mean_with_interval
 OURS = "intervals"
 RANDOM = "random"
 """A selector that draws: what choosing without looking costs."""
+ALPHA = 0.05
+"""Probability of any wrong elimination by sequence."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,7 +150,7 @@ def all_checks(checks: Sequence[EliminationCheck]) -> EliminationCheck:
 
 
 def check_eliminations(
-    pool: Sequence[PoolTrial], *, trials: int, count: int, seed: int, alpha: float = 0.05, sequences: int = 100
+    pool: Sequence[PoolTrial], *, trials: int, count: int, seed: int, sequences: int = 100
 ) -> EliminationCheck:
     """Campaigns with drawn strategies on trials drawn with putting back: alike and independent, as sequences need.
 
@@ -175,7 +177,7 @@ def check_eliminations(
         wrong_proof += wrong
         out_proof.append(len(out) / (len(names) - 1))
         if number < sequences:
-            gone = {e.strategy for e in eliminated_by_sequence(seen, alpha=alpha)}
+            gone = {e.strategy for e in eliminated_by_sequence(seen, alpha=ALPHA)}
             wrong_sequence += any(least[k] for k, name in enumerate(names) if name in gone)
             out_sequence.append(len(gone) / (len(names) - 1))
     return EliminationCheck(

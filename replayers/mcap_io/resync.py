@@ -26,20 +26,20 @@ INSIDE = frozenset({int(Opcode.SCHEMA), int(Opcode.CHANNEL), int(Opcode.MESSAGE)
 OF_CHUNKS = frozenset({int(Opcode.CHUNK), int(Opcode.MESSAGE_INDEX)})
 
 
-def next_record(stream: BinaryIO, start: int, limit: int = MAX_RECORD_BYTES, *, chunked: bool | None = None) -> int:
+def next_record(stream: BinaryIO, start: int, *, chunked: bool | None = None) -> int:
     """The offset at or after start where a record begins again; -1 if there is none.
 
     Args:
         chunked: whether the file keeps its messages in chunks; None while unknown.
     """
-    outside = _next(stream, start, limit, INSIDE)
+    outside = _next(stream, start, INSIDE)
     if chunked is None:
         stream.seek(max(outside, 0))
         chunked = outside >= 0 and stream.read(1)[0] in OF_CHUNKS
-    return outside if chunked else _next(stream, start, limit, frozenset())
+    return outside if chunked else _next(stream, start, frozenset())
 
 
-def _next(stream: BinaryIO, start: int, limit: int, excluded: frozenset[int]) -> int:
+def _next(stream: BinaryIO, start: int, excluded: frozenset[int]) -> int:
     size = stream.seek(0, io.SEEK_END)
     at = start
     while at < size:
@@ -48,41 +48,41 @@ def _next(stream: BinaryIO, start: int, limit: int, excluded: frozenset[int]) ->
         for match in _HEADS.finditer(window):
             if match.start() >= WINDOW_BYTES or window[match.start()] in excluded:
                 continue
-            if _begins_here(stream, at + match.start(), size, limit):
+            if _begins_here(stream, at + match.start(), size):
                 return at + match.start()
         at += WINDOW_BYTES
     return -1
 
 
-def _begins_here(stream: BinaryIO, offset: int, size: int, limit: int) -> bool:
+def _begins_here(stream: BinaryIO, offset: int, size: int) -> bool:
     """Whether CHAIN records in a row, or records up to the end of the file, begin at an offset."""
     at = offset
     for step in range(CHAIN):
         stream.seek(at)
         head = stream.read(HEAD.size)
         if step and (not head or at + len(head) == size):
-            return step > 1 or _is_whole(stream, offset, limit)
+            return step > 1 or _is_whole(stream, offset)
         if len(head) < HEAD.size:
             return False
         opcode, length = HEAD.unpack(head)
         if not is_known(opcode):
             return False
-        if length > limit or at + HEAD.size + length > size:
-            return step > 0 and _is_whole(stream, offset, limit)
+        if length > MAX_RECORD_BYTES or at + HEAD.size + length > size:
+            return step > 0 and _is_whole(stream, offset)
         at += HEAD.size + length
         if opcode == Opcode.FOOTER:
             return at + len(MAGIC) == size
-    return _is_whole(stream, offset, limit)
+    return _is_whole(stream, offset)
 
 
-def _is_whole(stream: BinaryIO, offset: int, limit: int) -> bool:
+def _is_whole(stream: BinaryIO, offset: int) -> bool:
     """Whether the record at an offset can be read, a chunk with its checksum."""
     stream.seek(offset)
     opcode, length = HEAD.unpack(stream.read(HEAD.size))
     try:
         record, _ = parse(opcode, stream.read(length))
         if isinstance(record, ChunkRecord):
-            record.unpack(limit=limit)
+            record.unpack()
     except UnreadableRecord:
         return False
     return record is not None

@@ -119,18 +119,14 @@ def scan(
     stream: BinaryIO,
     *,
     path: Path | str = "",
-    start: int = len(MAGIC),
     on_damage: OnDamage | None = None,
-    limit: int = MAX_RECORD_BYTES,
     skip: frozenset[int] = frozenset(),
     jumps: Mapping[int, int] | None = None,
 ) -> Iterator[tuple[int, Record]]:
     """Every record up to the footer, with its offset; chunks still compressed.
 
     Args:
-        start: where the first record begins.
         on_damage: called for every damage, after which the walk goes on; without it, damage raises.
-        limit: a longer record is damage.
         skip: unwanted opcodes; their bytes are not read.
         jumps: offsets of unwanted records, each with the offset at which to go on.
 
@@ -138,13 +134,13 @@ def scan(
         DamagedLog: damage, when on_damage is not given.
     """
     size = stream.seek(0, io.SEEK_END)
-    offset = resume = start
+    offset = resume = len(MAGIC)
     chunked: bool | None = None
     while True:
         if jumps is not None and offset in jumps:
             offset = resume = jumps[offset]
             continue
-        found = _look(stream, offset, size, limit, skip)
+        found = _look(stream, offset, size, skip)
         if chunked and isinstance(found.record, RawMessage):
             found = _is_real_message(found, found.record)
         chunked = _is_chunked(found, chunked)
@@ -160,7 +156,7 @@ def scan(
             raise DamagedLog(path, offset, found.damage)
         again = found.end
         if again < 0:
-            again = next_record(stream, resume if resume <= offset else offset + 1, limit, chunked=chunked)
+            again = next_record(stream, resume if resume <= offset else offset + 1, chunked=chunked)
         on_damage(Damage(offset, found.damage, again < 0, -1 if found.record is not None else found.opcode))
         if found.record is not None:
             yield offset, found.record
@@ -196,7 +192,7 @@ class _ScanStep(NamedTuple):
     damage: str | None = None
 
 
-def _look(stream: BinaryIO, offset: int, size: int, limit: int, skip: frozenset[int]) -> _ScanStep:
+def _look(stream: BinaryIO, offset: int, size: int, skip: frozenset[int]) -> _ScanStep:
     stream.seek(offset)
     head = stream.read(HEAD.size)
     if len(head) < HEAD.size:
@@ -207,10 +203,10 @@ def _look(stream: BinaryIO, offset: int, size: int, limit: int, skip: frozenset[
     end = offset + HEAD.size + length
     if opcode == 0:
         return _ScanStep(0, -1, damage="no record, but zeros")
-    if end > size or length > limit:
+    if end > size or length > MAX_RECORD_BYTES:
         what = f"it claims {length} bytes, and {size - offset - HEAD.size} are left"
         return _recovered_chunk(
-            stream, offset, size, limit, what if end > size else f"it is longer than {limit} bytes"
+            stream, offset, size, what if end > size else f"it is longer than {MAX_RECORD_BYTES} bytes"
         )
     if opcode in skip:
         return _ScanStep(opcode, end)
@@ -218,14 +214,14 @@ def _look(stream: BinaryIO, offset: int, size: int, limit: int, skip: frozenset[
         record, exact = parse(opcode, stream.read(length))
     except UnreadableRecord as error:
         if opcode == Opcode.CHUNK:
-            return _recovered_chunk(stream, offset, size, limit, str(error))
+            return _recovered_chunk(stream, offset, size, str(error))
         return _ScanStep(opcode, end, damage=f"{opcode_name(opcode)}: {error}")
     if opcode == Opcode.CHUNK and not exact:
-        return _recovered_chunk(stream, offset, size, limit, "its lengths disagree")
+        return _recovered_chunk(stream, offset, size, "its lengths disagree")
     return _ScanStep(opcode, end, record, exact)
 
 
-def _recovered_chunk(stream: BinaryIO, offset: int, size: int, limit: int, what: str) -> _ScanStep:
+def _recovered_chunk(stream: BinaryIO, offset: int, size: int, what: str) -> _ScanStep:
     """A chunk whose own length is damaged, by the length of its data or the next record; its checksum decides."""
     stream.seek(offset)
     head = stream.read(HEAD.size + CHUNK_HEAD_BYTES)
@@ -237,13 +233,13 @@ def _recovered_chunk(stream: BinaryIO, offset: int, size: int, limit: int, what:
     data = offset + HEAD.size + 40 + name_length
     stream.seek(data - 8)
     length = int.from_bytes(stream.read(8), "little")
-    if name_length > 8 or data + length > size or length > limit:
+    if name_length > 8 or data + length > size or length > MAX_RECORD_BYTES:
         return _ScanStep(opcode, -1, damage=damage)
     stream.seek(offset + HEAD.size)
     try:
         record, _ = parse(opcode, stream.read(40 + name_length + length))
         if isinstance(record, ChunkRecord) and record.uncompressed_crc:
-            record.unpack_anyhow(limit=limit)
+            record.unpack_anyhow()
             return _ScanStep(opcode, data + length, record, exact=True, damage=damage)
     except UnreadableRecord:
         pass
@@ -253,7 +249,7 @@ def _recovered_chunk(stream: BinaryIO, offset: int, size: int, limit: int, what:
 def record_at(stream: BinaryIO, offset: int, *, on_damage: OnDamage | None = None) -> Record | None:
     """The record at an offset; None, and damage reported, where there is none or it makes no sense."""
     size = stream.seek(0, io.SEEK_END)
-    found = _look(stream, offset, size, MAX_RECORD_BYTES, frozenset())
+    found = _look(stream, offset, size, frozenset())
     if found.record is None and on_damage is not None:
         on_damage(Damage(offset, found.damage or "no record where the index says", opcode=found.opcode))
     return found.record

@@ -29,6 +29,9 @@ MIN_RATE, MAX_RATE = 1e-6, 0.9
 UNSEEN_PSEUDO_COUNT = 0.5
 """Pseudo-count of a type without occurrences."""
 
+DUPLICATE_PRIOR = 0.3
+"""Prior probability that a room may hold a type twice."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitSettings:
@@ -178,9 +181,7 @@ def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: PlacementKinds
     return np.clip(np.maximum(often, UNSEEN_PSEUDO_COUNT)[:, None] * rates, MIN_RATE, MAX_RATE)
 
 
-def duplicate_probability(
-    rates: Floats, found: PlacementCounts, houses: Sequence[House], *, before: float = 0.3
-) -> Floats:
+def duplicate_probability(rates: Floats, found: PlacementCounts, houses: Sequence[House]) -> Floats:
     """The probability that a room may hold each type twice, shape (items,).
 
     Some item types occur once per room: with a plate on the table there is none on the dresser, and with a plant on
@@ -189,7 +190,6 @@ def duplicate_probability(
 
     Args:
         rates: shape (items, rooms + 1, containers + 1).
-        before: prior probability.
     """
     item_at = {name: k for k, name in enumerate(found.items)}
     expected, twice = np.zeros(len(found.items)), np.zeros(len(found.items))
@@ -211,8 +211,8 @@ def duplicate_probability(
                     has[sorted({item_at[i.type] for i in house.contents[container.id]})] += 1
                 twice += has > 1
     rare = 0.02 * expected
-    free = np.log(before) - expected + twice * np.log(np.maximum(expected, 1e-9))
-    once = np.log1p(-before) - rare + twice * np.log(np.maximum(rare, 1e-9))
+    free = np.log(DUPLICATE_PRIOR) - expected + twice * np.log(np.maximum(expected, 1e-9))
+    once = np.log1p(-DUPLICATE_PRIOR) - rare + twice * np.log(np.maximum(rare, 1e-9))
     return 1.0 / (1.0 + np.exp(np.clip(once - free, -30.0, 30.0)))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue
 from workbench.plugins import NameOrigin
@@ -13,17 +12,14 @@ from workbench.worlds.knowledge import knowledge_at_start
 from workbench.worlds.travel import TravelCosts
 
 MOVER = "counts"
-"""The estimator by which new places are drawn: how often such a container holds such a thing."""
+"""The estimator in proportion to whose belief new places are drawn: how often such a container holds such a thing."""
 
 
-def moved_house(
-    house: House, travel: TravelCosts, share: float, *, rng: np.random.Generator, mover: Estimator | None = None
-) -> House:
+def moved_house(house: House, travel: TravelCosts, share: float, *, rng: np.random.Generator) -> House:
     """The house after a share of its items has moved, each to another container that can be reached.
 
     Args:
         share: of all items, rounded to whole ones; in [0, 1].
-        mover: whose belief draws the new places, in proportion to it; MOVER by default.
 
     Raises:
         BadValue: a share outside [0, 1].
@@ -35,7 +31,7 @@ def moved_house(
     chosen = set(rng.permutation(len(items))[:count].tolist())
     if not chosen:
         return house
-    belief = (mover or estimator(MOVER, origin=NameOrigin.USER)).believe(
+    belief = estimator(MOVER, origin=NameOrigin.USER).believe(
         knowledge_at_start(house.plan, travel, {}), house.item_types()
     )
     containers = np.array(belief.containers)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, MalformedFile
 from workbench.plugins import NameOrigin
@@ -78,7 +77,7 @@ def simulated_site(address: str, configuration: str, *, seed: int) -> SimulatedS
     return SimulatedSite(house=house, ways=site.ways)
 
 
-def _drawn_contents(site: Site, seed: int, placer: Estimator | None = None) -> Contents:
+def _drawn_contents(site: Site, seed: int) -> Contents:
     """A container for each tagged item, in the order of the tags."""
     items = list(dict.fromkeys(site.tags.values()))
     if not items:
@@ -86,7 +85,7 @@ def _drawn_contents(site: Site, seed: int, placer: Estimator | None = None) -> C
     if len(site.travel.locations) < 2:
         raise MalformedFile(site.path, "no container can be reached", "See lios site check")
     rng = np.random.default_rng((seed, PLACES_SEED))
-    belief = (placer or estimator(PLACER, origin=NameOrigin.USER)).believe(
+    belief = estimator(PLACER, origin=NameOrigin.USER).believe(
         knowledge_at_start(site.plan, site.travel, {}), tuple(dict.fromkeys(item.type for item in items))
     )
     contents: dict[ContainerId, list[Item]] = {c.id: [] for c in site.plan.containers}

@@ -69,12 +69,12 @@ class _Kept:
         return SolverResult(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name))
 
 
-def first_problem(trial: PreparedTrial, *, estimator: str = "fcnn") -> Problem | None:
+def first_problem(trial: PreparedTrial) -> Problem | None:
     """The typed problem of a trial's first decision; None where it is decided without one."""
     kept = _Kept()
     made = strategy_named(STRATEGY, origin=NameOrigin.LOG)
     assert isinstance(made, Composed)
-    for event in trial.events(replace(made, solver=kept), estimator):
+    for event in trial.events(replace(made, solver=kept), "fcnn"):
         if isinstance(event, PlanMade):
             break
     return kept.problem

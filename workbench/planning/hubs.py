@@ -13,7 +13,7 @@ from workbench.worlds.house import LocationId
 HUBS = 4
 
 
-def hubs_for(view: View, *, limit: int = HUBS) -> tuple[LocationId, ...]:
+def hubs_for(view: View) -> tuple[LocationId, ...]:
     """The reachable locations from which the relevant types are nearest on average, best first; of equal ones
     (ties.py) the earlier.
 
@@ -33,5 +33,5 @@ def hubs_for(view: View, *, limit: int = HUBS) -> tuple[LocationId, ...]:
             p = belief.of(item_type)
             weight = p / p.sum() if p.sum() > RELATIVE else np.full(len(p), 1 / len(p))
             score += travel.metres[:, columns] @ weight
-    best = ranked(-score[None], limit)[0]
+    best = ranked(-score[None], HUBS)[0]
     return tuple(travel.locations[int(i)] for i in best)

@@ -32,17 +32,10 @@ class TooManyCandidates(Unsupported):
     """A candidate limit whose subset table is too large."""
 
     def __init__(self, limit: int) -> None:
-        size = table_bytes(limit)
-        shown = f"{size / 2**30:.3g} GiB" if size < 2**60 else f"2^{size.bit_length() - 1} bytes"
         super().__init__(
-            f"a candidate limit of {limit} takes a table of {shown} an item type; "
+            f"a candidate limit of {limit} takes a table of 2^{limit} subsets an item type; "
             f"give at most {MAX_LIMIT}, or the policy full-lios, which looks at every container."
         )
-
-
-def table_bytes(limit: int, *, targets: int = 8) -> int:
-    """Memory of the subset table: one float64 per subset, last container and target of a tile, in bytes."""
-    return (1 << limit) * limit * targets * 8
 
 
 def check_limit(limit: int) -> int:

@@ -85,7 +85,7 @@ def generic_type(type_name: str) -> str:
     return word.type if word else type_name.removeprefix("Obja")
 
 
-def type_named(name: str, known: Iterable[str], *, kind: str = "item type", where: str = "") -> str:
+def type_named(name: str, known: Iterable[str], *, kind: str = "item type") -> str:
     """The type for a name as typed by a user: "cell phone", "cell-phone" or "CellPhone".
 
     Raises:
@@ -98,7 +98,7 @@ def type_named(name: str, known: Iterable[str], *, kind: str = "item type", wher
     for type_name in types:
         if wanted in (_without_separators(type_name), _without_separators(readable_name(type_name))):
             return type_name
-    raise UnknownName(kind, name, {readable_name(t) for t in types}, where)
+    raise UnknownName(kind, name, {readable_name(t) for t in types})
 
 
 @lru_cache(maxsize=20000)

@@ -126,7 +126,6 @@ def answered(
     known: Iterable[Answer] = (),
     *,
     may_ask: bool,
-    limit_s: float | None = None,
     stopwatch: Callable[[], float] = time.perf_counter,
 ) -> AnsweredEstimator:
     """An ordinary estimator of one that asks.
@@ -134,13 +133,12 @@ def answered(
     Args:
         known: answers of a log.
         may_ask: whether what neither the log nor the cache holds is asked for.
-        limit_s: the longest that one answer may take; BELIEF_LIMIT_S by default.
         stopwatch: time source in seconds.
     """
 
     def ask(question: str) -> Answer:
         began = stopwatch()
-        text = cast(object, guarded_call(asking.name, lambda: asking.ask(question), limit_s=limit_s))
+        text = cast(object, guarded_call(asking.name, lambda: asking.ask(question)))
         seconds = stopwatch() - began
         if not isinstance(text, str):
             raise EstimatorFailed(asking.name, f"its answer is {type(text).__name__}, not a text")

@@ -67,12 +67,10 @@ class AnswerBook:
         known: Iterable[Answer] = (),
         *,
         ask: Callable[[str], Answer] | None = None,
-        cached: bool = True,
     ) -> None:
         self._estimator = estimator
         self._known = {a.question: a for a in known if a.estimator == estimator}
         self._ask = ask
-        self._cached = cached
 
     def answer(self, question: str) -> Answer:
         """The answer to a question.
@@ -113,7 +111,7 @@ class AnswerBook:
         return answer if (answer.estimator, answer.question) == (self._estimator, question) else None
 
     def _path(self, question: str) -> Path | None:
-        root = cache_folder() if self._cached else None
+        root = cache_folder()
         if root is None:
             return None
         key = hashlib.sha256(f"{self._estimator}\n{question}".encode("utf-8", "surrogatepass")).hexdigest()

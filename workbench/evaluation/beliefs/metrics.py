@@ -27,6 +27,7 @@ from workbench.worlds.travel import TravelCosts
 BINS = 15
 PROBABILITY_CLIP = 1e-4
 """Probabilities are clipped to [PROBABILITY_CLIP, 1 - PROBABILITY_CLIP] for the log loss."""
+CALIBRATION_DRAWS = 400
 
 KINDS = ("ai2-thor", "objaverse")
 
@@ -174,7 +175,7 @@ def calibration_error(judged: Sequence[QueryResult]) -> float:
     return float((bins.count * np.abs(bins.said - bins.was)).sum() / bins.count.sum())
 
 
-def _calibration_interval(judged: Sequence[QueryResult], rng: np.random.Generator, draws: int = 400) -> list[float]:
+def _calibration_interval(judged: Sequence[QueryResult], rng: np.random.Generator) -> list[float]:
     """Percentile interval over houses: the bins' sums are drawn, house by house; in one house, query by query."""
     houses = {house: k for k, house in enumerate(dict.fromkeys(j.house for j in judged))}
     of = [houses[j.house] for j in judged] if len(houses) > 1 else list(range(len(judged)))
@@ -184,7 +185,7 @@ def _calibration_interval(judged: Sequence[QueryResult], rng: np.random.Generato
         at = np.minimum((j.probability * BINS).astype(np.int64), BINS - 1)
         gaps[k] += np.bincount(at, j.probability - j.held, minlength=BINS)
         counts[k] += len(at)
-    chosen = rng.integers(len(gaps), size=(draws, len(gaps)))
+    chosen = rng.integers(len(gaps), size=(CALIBRATION_DRAWS, len(gaps)))
     drawn = np.abs(gaps[chosen].sum(axis=1)).sum(axis=1) / counts[chosen].sum(axis=1)
     ends = interval_of(drawn, calibration_error(judged), trials=len(judged), clusters=len(houses))
     return [round(max(end, 0.0), 5) if isfinite(end) else end for end in ends]

@@ -8,6 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from workbench.arrays import Floats
+from workbench.belief_colours import belief_colours
+
+DARK = 0.45
+"""Where the ground is so dark that white letters read better than black ones."""
 
 
 def draw_belief_heat_map(
@@ -18,11 +22,12 @@ def draw_belief_heat_map(
     Args:
         mean: shape (rooms, containers), NaN for pairs that do not occur.
     """
-    ax.imshow(np.ma.masked_invalid(mean), cmap="viridis", vmin=0, vmax=1, aspect="auto")
+    shades = np.where(np.isfinite(mean)[..., None], belief_colours(mean), 255).astype(np.uint8)
+    ax.imshow(shades, aspect="auto")
     for i in range(len(rooms)):
         for j in range(len(containers)):
             if np.isfinite(mean[i, j]):
-                shade = "black" if mean[i, j] > 0.6 else "white"
+                shade = "white" if mean[i, j] > DARK else "black"
                 ax.text(j, i, f"{mean[i, j]:.2f}"[1:], ha="center", va="center", fontsize=5.5, color=shade)
     ax.set_xticks(range(len(containers)), list(containers), rotation=60, ha="right", fontsize=6)
     ax.set_yticks(range(len(rooms)), list(rooms), fontsize=7)

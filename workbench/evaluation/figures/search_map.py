@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
+from workbench.belief_colours import belief_colours
 from workbench.beliefs.belief import Belief
 from workbench.worlds.geometry import footprint
 from workbench.worlds.house import START, Container, ContainerId, FloorPlan, House, ItemType, LocationId
 from workbench.worlds.travel import Paths
-
-PALEST = 0.12
 
 
 def draw_search_map(
@@ -68,15 +66,13 @@ def _draw_containers(ax: Axes, house: House, item_type: ItemType, belief: Belief
     row = dict(zip(belief.containers, belief.of(item_type), strict=True))
     most = max(row.values(), default=0.0) or 1.0
     holders = frozenset(house.holders(item_type))
-    colours = colormaps["magma_r"]
     for container in house.plan.containers:
-        likely = PALEST + (0.85 - PALEST) * row.get(container.id, 0.0) / most
         holds = container.id in holders
         ax.add_patch(
             Polygon(
                 _outline(container),
                 closed=True,
-                facecolor=colours(likely),
+                facecolor=belief_colours(row.get(container.id, 0.0) / most) / 255,
                 edgecolor="#009E73" if holds else "#6B6B6B",
                 linewidth=2.2 if holds else 0.5,
                 zorder=4,

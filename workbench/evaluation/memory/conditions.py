@@ -63,7 +63,7 @@ class MemoryCost:
     up_to_date: float
 
 
-def memory_rows(costs: Sequence[MemoryCost], *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
+def memory_rows(costs: Sequence[MemoryCost], *, seed: int) -> list[dict[str, Any]]:
     """One row for each strategy and condition.
 
     Args:
@@ -71,24 +71,24 @@ def memory_rows(costs: Sequence[MemoryCost], *, seed: int, level: float = 0.95) 
     """
     kinds = dict.fromkeys((c.strategy, c.condition) for c in costs)
     found = {kind: [c for c in costs if (c.strategy, c.condition) == kind] for kind in kinds}
-    return [_row(strategy, condition, found[strategy, condition], seed, level) for strategy, condition in kinds]
+    return [_row(strategy, condition, found[strategy, condition], seed) for strategy, condition in kinds]
 
 
-def _row(strategy: str, condition: str, costs: Sequence[MemoryCost], seed: int, level: float) -> dict[str, Any]:
+def _row(strategy: str, condition: str, costs: Sequence[MemoryCost], seed: int) -> dict[str, Any]:
     without, remembered, oracle, up_to_date = (
         np.array([getattr(c, name) for c in costs]) for name in ("without", "remembered", "oracle", "up_to_date")
     )
     houses = [c.house for c in costs]
 
     def share(part: Any, whole: Any) -> tuple[float, tuple[float, float]]:
-        found = ratio_with_interval(part, whole, houses, rng=np.random.default_rng(seed), level=level)
+        found = ratio_with_interval(part, whole, houses, rng=np.random.default_rng(seed))
         return found.value, found.interval
 
     saved, saved_ci = share(without - remembered, without)
     most, most_ci = share(without - oracle, without)
     current, current_ci = share(without - up_to_date, without)
     gap, gap_ci = share(without - remembered, without - oracle)
-    cost = mean_with_interval(remembered, houses, rng=np.random.default_rng(seed), level=level)
+    cost = mean_with_interval(remembered, houses, rng=np.random.default_rng(seed))
     return {
         "strategy": strategy,
         "condition": condition,

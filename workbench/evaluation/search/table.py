@@ -96,35 +96,33 @@ def costs_of(trials: Sequence[SearchTrial]) -> Costs:
     )
 
 
-def rows(costs: Costs, *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
+def rows(costs: Costs, *, seed: int) -> list[dict[str, Any]]:
     """One row per policy.
 
     Args:
         seed: seed of the bootstrap; every row draws the same houses.
     """
-    return [_row(costs, name, seed, level) for name in costs.policies]
+    return [_row(costs, name, seed) for name in costs.policies]
 
 
-def rows_by_kind(costs: Costs, *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
+def rows_by_kind(costs: Costs, *, seed: int) -> list[dict[str, Any]]:
     """The rows for each kind of item among the queries."""
     present = [kind for kind in KINDS if kind in costs.kinds]
-    return [{"kind": kind, **row} for kind in present for row in rows(costs.only(kind), seed=seed, level=level)]
+    return [{"kind": kind, **row} for kind in present for row in rows(costs.only(kind), seed=seed)]
 
 
-def pairs(costs: Costs, *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
+def pairs(costs: Costs, *, seed: int) -> list[dict[str, Any]]:
     """Paired differences between any two policies: cost of b minus cost of a, absolute, as a share of a's
     cost and of Greedy's."""
-    return [_pair(costs, a, b, seed, level) for i, a in enumerate(costs.policies) for b in costs.policies[i + 1 :]]
+    return [_pair(costs, a, b, seed) for i, a in enumerate(costs.policies) for b in costs.policies[i + 1 :]]
 
 
-def _row(costs: Costs, name: str, seed: int, level: float) -> dict[str, Any]:
+def _row(costs: Costs, name: str, seed: int) -> dict[str, Any]:
     own, greedy, oracle = costs.of(name), costs.of(GREEDY), costs.of(ORACLE)
     place = costs.policies.index(name)
-    mean = mean_with_interval(own, costs.houses, rng=np.random.default_rng(seed), level=level)
-    saved = ratio_with_interval(greedy - own, greedy, costs.houses, rng=np.random.default_rng(seed), level=level)
-    gap = ratio_with_interval(
-        greedy - own, greedy - oracle, costs.houses, rng=np.random.default_rng(seed), level=level
-    )
+    mean = mean_with_interval(own, costs.houses, rng=np.random.default_rng(seed))
+    saved = ratio_with_interval(greedy - own, greedy, costs.houses, rng=np.random.default_rng(seed))
+    gap = ratio_with_interval(greedy - own, greedy - oracle, costs.houses, rng=np.random.default_rng(seed))
     searches = costs.searches[place]
     return {
         "policy": name,
@@ -149,11 +147,11 @@ def _row(costs: Costs, name: str, seed: int, level: float) -> dict[str, Any]:
     }
 
 
-def _pair(costs: Costs, a: str, b: str, seed: int, level: float) -> dict[str, Any]:
+def _pair(costs: Costs, a: str, b: str, seed: int) -> dict[str, Any]:
     first, second, greedy = costs.of(a), costs.of(b), costs.of(GREEDY)
-    difference = paired_difference(second, first, costs.houses, rng=np.random.default_rng(seed), level=level)
-    share = ratio_with_interval(second - first, greedy, costs.houses, rng=np.random.default_rng(seed), level=level)
-    of_a = ratio_with_interval(second - first, first, costs.houses, rng=np.random.default_rng(seed), level=level)
+    difference = paired_difference(second, first, costs.houses, rng=np.random.default_rng(seed))
+    share = ratio_with_interval(second - first, greedy, costs.houses, rng=np.random.default_rng(seed))
+    of_a = ratio_with_interval(second - first, first, costs.houses, rng=np.random.default_rng(seed))
     return {
         "a": a,
         "b": b,

@@ -41,7 +41,7 @@ FIRST_GREEDY_NODES, GREEDY_GROWTH = 10_000, 10
 """Node limit of the first greedy search, and its growth factor after each failure."""
 MAX_BUDGET_SHARE = 0.1
 """Share of the remaining budget that one decision may spend on improving a plan; later decisions need the rest."""
-MAX_ALTERNATIVE_NODES = 5_000
+MAX_ALTERNATIVE_NODES, MAX_FIRST_SLOT_ATTEMPTS = 5_000, 12
 
 Clock = Callable[[], float]
 
@@ -200,10 +200,10 @@ class _SearchState:
         self.unproven = min(self.unproven, lower_bound(self.problem, attempt))
 
 
-def cost_by_first_slot(problem: Problem, *, most: int = 12) -> tuple[Alternative, ...]:
+def cost_by_first_slot(problem: Problem) -> tuple[Alternative, ...]:
     """The cost of the cheapest plan that begins with each slot in turn; for goals with one recipe."""
     found: dict[str, float] = {}
-    for attempt in attempts_of(problem)[0][:most]:
+    for attempt in attempts_of(problem)[0][:MAX_FIRST_SLOT_ATTEMPTS]:
         if attempt.hand >= 0:
             continue
         for slot in range(len(attempt.recipe.slots)):

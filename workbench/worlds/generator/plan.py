@@ -20,6 +20,7 @@ from workbench.worlds.generator.statistics import HouseStatistics, pair_name
 DOOR_M, DOUBLE_DOOR_M = 1.04, 1.95
 CUTS = 40
 """Layout attempts for given room sizes before new sizes are drawn; with fewer, small rooms would be too rare."""
+TRIES = 400
 
 
 class NoFloorPlan(Failed):
@@ -68,16 +69,14 @@ class PlannedHouse:
     windows: tuple[Hole, ...]
 
 
-def plan_house(
-    statistics: HouseStatistics, *, rooms: int, rng: np.random.Generator, tries: int = 400
-) -> PlannedHouse:
+def plan_house(statistics: HouseStatistics, *, rooms: int, rng: np.random.Generator) -> PlannedHouse:
     """Draw the rooms, walls, doors and windows of a house.
 
     Raises:
-        NoFloorPlan: no plan was found in so many tries.
+        NoFloorPlan: no plan was found in TRIES tries.
     """
     areas: list[tuple[str, float]] = []
-    for turn in range(tries):
+    for turn in range(TRIES):
         if turn % CUTS == 0:
             areas = draw_areas(statistics, draw_kinds(statistics, rooms, rng), rng)
         placed = cut_rooms(areas, rng)
@@ -91,7 +90,7 @@ def plan_house(
             return PlannedHouse(
                 rooms=placed, sides=sides, doors=doors, front_door=_front_door(outside, windows, rng), windows=windows
             )
-    raise NoFloorPlan(rooms, tries)
+    raise NoFloorPlan(rooms, TRIES)
 
 
 def _sides(rooms: Sequence[PlannedRoom]) -> tuple[Side, ...]:

@@ -19,6 +19,7 @@ CUT_OFF_SHARE = 0.5
 """A room of whose clear floor less than this is reached is cut off: the sill of its door alone is no room."""
 FINER_M = 0.05
 """The finer grid on which a room that is cut off is tried again, in metres a cell."""
+ROBOT_RADIUS_M = 0.2
 
 
 class RoomAccess(MessageEnum):
@@ -54,14 +55,14 @@ class RoomReach:
     access: Result[RoomAccess]
 
 
-def rooms_reached(plan: FloorPlan, navigation: Navigation, *, robot_radius_m: float = 0.2) -> tuple[RoomReach, ...]:
+def rooms_reached(plan: FloorPlan, navigation: Navigation) -> tuple[RoomReach, ...]:
     """The reach of every room, in the plan's order.
 
     Args:
-        navigation: of this plan, for a robot of that radius.
+        navigation: of this plan, for a robot of ROBOT_RADIUS_M.
     """
     labels = room_labels(plan, navigation.grid)
-    clear = clear_cells(navigation.grid, robot_radius_m)
+    clear = clear_cells(navigation.grid, ROBOT_RADIUS_M)
     lost = set(navigation.travel.unreachable)
     around = _passages(plan)
     reached: list[RoomReach] = []
@@ -72,9 +73,9 @@ def rooms_reached(plan: FloorPlan, navigation: Navigation, *, robot_radius_m: fl
         away = tuple(container for container in containers if container in lost)
         access = RoomAccess.WHOLE.result()
         if cut_off:
-            access = _access_cut_off(plan, index, robot_radius_m)
+            access = _access_cut_off(plan, index, ROBOT_RADIUS_M)
         elif away:
-            access = RoomAccess.NO_FREE_FLOOR.result(reach_m=f"{REACH_M:g}", radius_m=f"{robot_radius_m:g}")
+            access = RoomAccess.NO_FREE_FLOOR.result(reach_m=f"{REACH_M:g}", radius_m=f"{ROBOT_RADIUS_M:g}")
         reached.append(
             RoomReach(
                 room=room.id,

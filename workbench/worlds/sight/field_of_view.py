@@ -32,15 +32,14 @@ class FieldOfView:
         BadValue: no sight radius.
     """
 
-    def __init__(self, plan: FloorPlan, radius_m: float, *, resolution_m: float = 0.1) -> None:
+    def __init__(self, plan: FloorPlan, radius_m: float) -> None:
         self.radius_m = checked_radius(radius_m)
         self._plan = plan
-        self._resolution_m = resolution_m
 
     @cached_property
     def walls(self) -> OccupancyGrid:
         """What blocks the view."""
-        return walls_of(self._plan, resolution_m=self._resolution_m)
+        return walls_of(self._plan)
 
     @property
     def steps(self) -> int:

@@ -62,11 +62,10 @@ class LinesOfSight:
         BadValue: no sight radius.
     """
 
-    def __init__(self, plan: FloorPlan, radius_m: float, *, resolution_m: float = 0.1) -> None:
+    def __init__(self, plan: FloorPlan, radius_m: float) -> None:
         self.radius_m = checked_radius(radius_m)
         self.open = tuple(c for c in plan.containers if needs_no_opening(c))
         self._plan = plan
-        self._resolution_m = resolution_m
         self._areas: dict[ContainerId, Bools] = {}
 
     def sees(self, container: Container, point: Point) -> bool:
@@ -83,7 +82,7 @@ class LinesOfSight:
 
     @cached_property
     def _walls(self) -> OccupancyGrid:
-        return walls_of(self._plan, resolution_m=self._resolution_m)
+        return walls_of(self._plan)
 
     def _area(self, container: Container) -> Bools:
         """Rays from each cell in range to the centre, sampled at every half cell; the centre's own cell is free."""

@@ -107,10 +107,10 @@ def find_ways(
     )
 
 
-def nearest_free(grid: OccupancyGrid, free: Bools, point: Point, *, within_m: float = SNAP_M) -> Cell | None:
+def nearest_free(grid: OccupancyGrid, free: Bools, point: Point) -> Cell | None:
     """The free cell nearest to a point; None if none is within reach."""
     row, column = grid.cell_at(point)
-    reach = ceil(within_m / grid.resolution_m)
+    reach = ceil(SNAP_M / grid.resolution_m)
     top, left = max(0, row - reach), max(0, column - reach)
     rows, columns = np.nonzero(free[top : max(0, row + reach + 1), left : max(0, column + reach + 1)])
     if rows.size == 0:
