@@ -14,10 +14,11 @@ Ints = npt.NDArray[np.int64]
 Ints32 = npt.NDArray[np.int32]
 Ints16 = npt.NDArray[np.int16]
 Ints8 = npt.NDArray[np.int8]
+Uints64 = npt.NDArray[np.uint64]
 Uints32 = npt.NDArray[np.uint32]
 Uints16 = npt.NDArray[np.uint16]
 Uints8 = npt.NDArray[np.uint8]
-"""Pictures, bins of features and bytes."""
+"""Pictures, bins of features, bytes, and indices in compiled programs."""
 Indices = npt.NDArray[np.intp]
 """What NumPy takes as an index: positions in another array."""
 Bools = npt.NDArray[np.bool_]

@@ -169,20 +169,20 @@ def test_candidates_of_every_find_beside_one_set_an_item_type(capsys: pytest.Cap
                 assert own < 0.01
 
 
-@pytest.mark.parametrize(("search", "most"), [(0.0, 10), (1.0, None)])
-def test_two_looks_a_container_beside_one(
-    search: float, most: float | None, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.parametrize("search", [0.0, 1.0])
+def test_two_looks_a_container_beside_one(search: float, capsys: pytest.CaptureFixture[str]) -> None:
     """Eq. 1 over look counts: where looks cost nothing, repeated ones are one look; where they cost, all states are
     visited, 3^8 in place of 2^8."""
     h, costs = house(8), replace(SIMULATION_COSTS, search=search)
     can_miss = replace(h.belief, p_detect=(0.8,) * ITEMS)
     at = h.travel.locations
     ask = {"origins": at, "targets": at, "costs": costs}
-    once = min_cpu_s(partial(expected_find_costs, h.belief, h.travel, belief_model="exists", **ask), 20)
-    twice = min_cpu_s(partial(robust_find_costs, can_miss, h.travel, **ask), 5)
+    one_look = partial(expected_find_costs, h.belief, h.travel, belief_model="exists", **ask)
+    two_looks = partial(robust_find_costs, can_miss, h.travel, **ask)
+    rounds = [(min_cpu_s(one_look, 10), min_cpu_s(two_looks, 4)) for _ in range(5)]
+    once, twice = (min(times) for times in zip(*rounds, strict=True))
     with capsys.disabled():
         print(f"\n20 x 40 x 40 at 8, a look costs {search:g}: one look {1000 * once:.2f} ms, two looks ", end="")
         print(f"{1000 * twice:.2f} ms, {twice / once:.1f} times", end="")
-    if HOLD_FIGURES and most is not None:
-        assert twice <= most * once
+    if HOLD_FIGURES:
+        assert twice <= 10 * once

@@ -20,7 +20,7 @@ from workbench.search.places import search_space
 from workbench.search.policies.registry import policy
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import BELIEF_MODELS, still_missing_by_subset, unconditioned
-from workbench.search.repeated_looks import compiled, reference, table
+from workbench.search.repeated_looks import compiled, lanes, reference, table
 from workbench.search.repeated_looks.missing import still_missing_along_looks, still_missing_by_counts
 from workbench.search.repeated_looks.table import LookModel, best_looks, robust_find_costs
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
@@ -175,6 +175,26 @@ def test_the_compiled_program_gives_what_the_readable_one_gives(k: int, looks: i
     assert np.abs(fast - slow).max() < 1e-9
     one = (missing[0], between[0], from_m[0, 0], found[0, :, 0].copy(), 1.0, looks)
     assert compiled.best_sequence(*one) == reference.best_sequence(*one)
+
+
+@pytest.mark.parametrize("as_integers", [True, False])
+def test_minima_are_the_same_however_the_processor_compares(
+    as_integers: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from numba import njit
+
+    monkeypatch.setattr(lanes, "AS_INTEGERS", as_integers)
+    compiled_anew = njit(lanes.least.py_func, nogil=True)
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        onward, metres = (
+            np.power(10.0, rng.integers(-300, 3, size=(4, 24))),
+            rng.random(6) * rng.integers(0, 2, size=6),
+        )
+        onward[rng.random(onward.shape) < 0.2] = 0.0
+        left, r, best = np.array([5, 0, 3, 2], dtype=np.uint64), rng.random(), np.empty(24)
+        compiled_anew(best, r, metres, left, 4, onward)
+        assert (best == (r * metres[[5, 0, 3, 2], None] + onward).min(axis=0)).all()
 
 
 def test_without_numba_the_readable_program_serves(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
-from workbench.arrays import Floats, Ints
+from workbench.arrays import Floats, Ints, Uints64
 from workbench.search.repeated_looks.lanes import LANES, TOGETHER, aligned, least, least_together, price
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
@@ -31,6 +31,8 @@ MIN_STATES_FOR_THREADS, MAX_THREADS = 2000, 8
 
 MATH = {"nnan", "ninf", "nsz"}
 """Fast-math flags as in search/compiled.py: results do not depend on the machine."""
+
+ONE = np.uint64(1)
 
 
 def cost_table(
@@ -83,30 +85,25 @@ def _cost_table(
 ) -> None:
     items, origins, k = from_m.shape
     targets = found.shape[2]
-    power, start = np.ones(k + 1, np.int64), np.zeros(k + 1, np.int64)
-    for a in range(k):
-        power[a + 1] = power[a] * (looks + 1)
-        start[a + 1] = start[a] + power[a]
-    later, onward, reward, best = aligned(start[k], width), aligned(k, width), aligned(k, width), aligned(1, width)[0]
-    digits, row, gain = np.empty(k, np.int64), np.empty(k, np.int64), np.empty(k)
-    left, stood = np.empty(k, np.int64), np.empty(k, np.int64)
+    power, start = _numbering(k, looks)
+    rows = np.int64(start[k])
+    later, onward, reward, best = aligned(rows, width), aligned(k, width), aligned(k, width), aligned(1, width)[0]
+    digits, row, gain = np.empty(k, np.uint64), np.empty(k, np.uint64), np.empty(k)
+    left, stood = np.empty(k + 1, np.uint64), np.empty(k + 1, np.uint64)
     for item in range(items):
+        still = missing[item]
         for first in range(0, targets, width):
             tile = min(width, targets - first)
-            others = (0, k - 1)
+            digits[:] = looks
             for a in range(k):
-                digits[a] = looks
-                row[a] = start[a] + power[a] - 1
-                stood[max(0, a - 1)] = a
-                for g in range(width):
-                    later[start[a] + power[a] - 1, g] = 0.0
+                later[start[a] + power[a] - ONE] = 0.0
                 for g in range(tile):
                     reward[a, g] = found[item, a, first + g]
-            for state in range(power[k] - 2, -1, -1):
-                count, places, others = _next_state(digits, row, left, stood, others, start, power, looks)
-                r = missing[item, state]
-                for c in range(count):
-                    gain[c] = r - missing[item, state + power[left[c]]]
+            for state in range(len(still) - 2, -1, -1):
+                count, places = _next_state(digits, row, left, stood, start, power, looks)
+                r = still[state]
+                for c in range(np.uint64(count)):
+                    gain[c] = max(r - still[np.uint64(state) + power[left[c]]], 0.0)
                 price(onward, r * search, gain, reward, later, row, left, count)
                 c = 0
                 while c + TOGETHER <= places:
@@ -117,44 +114,43 @@ def _cost_table(
                     least(later[row[i]], r, between_m[item, i], left, count, onward)
                     c += 1
             for o in range(origins):
-                least(best, missing[item, 0], from_m[item, o], left, k, onward)
+                least(best, still[0], from_m[item, o], left, k, onward)
                 for g in range(tile):
                     answer[item, o, first + g] = best[g]
 
 
+@njit(nogil=True)
+def _numbering(k: int, looks: int) -> tuple[Uints64, Uints64]:
+    """What one look into each candidate adds to a state's number, and where the rows of each start."""
+    power, start = np.ones(k + 1, np.uint64), np.zeros(k + 1, np.uint64)
+    for a in range(k):
+        power[a + 1] = power[a] * np.uint64(looks + 1)
+        start[a + 1] = start[a] + power[a]
+    return power, start
+
+
 @njit(nogil=True, inline="always")
 def _next_state(
-    digits: Ints, row: Ints, left: Ints, stood: Ints, others: tuple[int, int], start: Ints, power: Ints, looks: int
-) -> tuple[int, int, tuple[int, int]]:
-    """Counts down to the next state; returns how many candidates have looks left, at how many
-    the robot may stand, and `others` anew.
+    digits: Uints64, row: Uints64, left: Uints64, stood: Uints64, start: Uints64, power: Uints64, looks: int
+) -> tuple[int, int]:
+    """Counts down to the next state; returns how many candidates have looks left, and at how many the robot may
+    stand. They are listed in left and stood, which have one entry to spare; row says where each one's row begins.
 
-    They are listed, in left and stood, candidate 0 last; row says where each candidate's row begins.
-
-    Args:
-        others: how many of candidates other than 0 are in left and in stood.
+    All arrays are unsigned: numba then spares the check for negative indices, a tenth of the whole time.
     """
-    in_left, in_stood = others
-    if digits[0] > 0:  # only the lowest digit differs from that of the state before
-        digits[0] -= 1
-        for a in range(1, len(digits)):
-            row[a] -= 1
-    else:
-        lowest = 0
-        while digits[lowest] == 0:
-            digits[lowest] = looks
-            lowest += 1
-        digits[lowest] -= 1
-        lower = looks
-        in_left = in_stood = 0
-        for a in range(1, len(digits)):
-            row[a] = start[a] + lower
-            lower += digits[a] * power[a]
-            left[in_left], stood[in_stood] = a, a
-            in_left += digits[a] < looks
-            in_stood += digits[a] > 0
-    left[in_left], stood[in_stood] = 0, 0
-    return in_left + (digits[0] < looks), in_stood + (digits[0] > 0), (in_left, in_stood)
+    lowest, most = np.uint64(0), np.uint64(looks)
+    while digits[lowest] == 0:
+        digits[lowest] = most
+        lowest += ONE
+    digits[lowest] -= ONE
+    lower = in_left = in_stood = np.uint64(0)
+    for a in range(np.uint64(len(digits))):
+        row[a] = start[a] + lower
+        lower += digits[a] * power[a]
+        left[in_left], stood[in_stood] = a, a
+        in_left += np.uint64(digits[a] < most)
+        in_stood += np.uint64(digits[a] > 0)
+    return np.int64(in_left), np.int64(in_stood)  # pyright: ignore[reportReturnType]
 
 
 @njit(cache=True, nogil=True)

@@ -8,12 +8,12 @@ writes the minimum again for every candidate. Additions and comparisons are thos
 from __future__ import annotations
 
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
+from llvmlite import binding, ir
+from numba import config, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from workbench.arrays import Floats, Ints
+from workbench.arrays import Floats, Uints64
 
 LANES = 8
 """Targets in one register (of 512 bits; LLVM splits it on machines that have smaller ones)."""
@@ -24,16 +24,23 @@ BLOCKS = (5, 2, 1)
 TOGETHER = 2
 """Places whose minima are accumulated at once; with more, registers run short."""
 
+PROCESSOR = config.CPU_NAME or binding.get_host_cpu_name()  # pyright: ignore[reportAttributeAccessIssue]
+AS_INTEGERS = PROCESSOR in ("znver4", "znver5")
+"""Costs are not negative, and such numbers are in the order of their bits. AMD's processors since Zen 4 compare
+integers beside additions, but floating-point numbers only in turn with them."""
+
 FLAGS = ("nnan", "ninf", "nsz")
 VECTOR, INT = ir.VectorType(ir.DoubleType(), LANES), ir.IntType(64)
+BITS = ir.VectorType(INT, LANES)
 
 
 @njit(nogil=True, inline="always")
-def least(best: Floats, r: float, metres: Floats, left: Ints, count: int, onward: Floats) -> None:
+def least(best: Floats, r: float, metres: Floats, left: Uints64, count: int, onward: Floats) -> None:
     """best[g] = min over c < count of r metres[left[c]] + onward[c, g].
 
     Args:
         best: shape (targets,), overwritten; a multiple of LANES.
+        r: not negative, as are metres and onward.
         metres: shape (k,).
         left: which of metres belong to the rows of onward, at least `count` of them.
         count: at least 1.
@@ -44,7 +51,7 @@ def least(best: Floats, r: float, metres: Floats, left: Ints, count: int, onward
 
 @njit(nogil=True, inline="always")
 def least_together(
-    best: Floats, rows: Ints, r: float, metres: Floats, stood: Ints, left: Ints, count: int, onward: Floats
+    best: Floats, rows: Uints64, r: float, metres: Floats, stood: Uints64, left: Uints64, count: int, onward: Floats
 ) -> None:
     """least() from TOGETHER places at once, which reads every row of onward once for all of them.
 
@@ -59,7 +66,7 @@ def least_together(
 
 @njit(nogil=True, inline="always")
 def price(
-    onward: Floats, look: float, gain: Floats, reward: Floats, later: Floats, row: Ints, left: Ints, count: int
+    onward: Floats, look: float, gain: Floats, reward: Floats, later: Floats, row: Uints64, left: Uints64, count: int
 ) -> None:
     """onward[c, g] = look + gain[c] reward[left[c], g] + later[row[left[c]], g] for c < count.
 
@@ -197,6 +204,9 @@ def _in_every_lane(builder, number):
 
 
 def _lesser(builder, new, old):
+    if AS_INTEGERS:
+        new, old = builder.bitcast(new, BITS), builder.bitcast(old, BITS)
+        return builder.bitcast(builder.select(builder.icmp_signed("<", new, old), new, old), VECTOR)
     return builder.select(builder.fcmp_ordered("<", new, old, flags=FLAGS), new, old)
 
 
