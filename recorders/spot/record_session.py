@@ -18,8 +18,7 @@ from recorders.spot.client.connection import Connection
 from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
 from recorders.spot.client.services import require_services, services_of_cameras
 from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
-from recorders.spot.run.run import place_of
-from recorders.spot.run.site_tasks import session_task
+from recorders.spot.run.site_tasks import place_of, session_task
 from recorders.spot.session.inferred_actions import ActionDeriver
 from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session

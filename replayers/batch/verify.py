@@ -31,6 +31,7 @@ from workbench.log_schema.events import (
     BeliefUpdate,
     DomainEvent,
     FindCosts,
+    ItemSighting,
     Observation,
     Outcome,
     PlanComputed,
@@ -199,7 +200,8 @@ _ORDER: dict[type[DomainEvent], int] = {
     PlanComputed: 2,
     ActionFinished: 3,
     Observation: 4,
-    Outcome: 5,
+    ItemSighting: 5,
+    Outcome: 6,
 }
 
 
@@ -216,6 +218,7 @@ def _in_order(run: Run) -> list[DomainEvent]:
             after = searched.get((o.decision, o.container), len(run.actions))
             turn = 0 if o.passing is not None else 2 * after + 1  # what is seen in passing, before its move has ended
             rest.append(((o.decision, 1, o.stamp.ns, turn), o))
+    rest += [((s.decision, 1, s.stamp.ns, 0), s) for s in run.sightings]
     rest.sort(key=lambda pair: pair[0])
     end = [run.outcome] if run.outcome is not None else []
     return [*start, *(event for _, event in rest), *end]

@@ -83,7 +83,7 @@ def _require_plain(prepared: PreparedLog, evidence: Evidence) -> None:
     if evidence.corrections:
         raise NotCertifiable(log, "a person corrected what its looks show")
     if evidence.partly:
-        raise NotCertifiable(log, "something was picked up in it where no look counts")
+        raise NotCertifiable(log, "something was picked up, or seen in passing, in it where no look counts")
     if evidence.imputed:
         raise NotCertifiable(log, "the log is of an imagined world")
     if evidence.misses:
@@ -94,6 +94,8 @@ def _require_plain(prepared: PreparedLog, evidence: Evidence) -> None:
         raise NotCertifiable(log, "its goal needs preparations")
     if evidence.passing is not None:
         raise NotCertifiable(log, "its robot sees open furniture in passing")
+    if evidence.tags is not None:
+        raise NotCertifiable(log, "its robot stops for tags that it sees in passing")
     if prepared.settings.assumptions != Assumptions():
         raise NotCertifiable(log, "other assumptions than the usual ones are made")
 

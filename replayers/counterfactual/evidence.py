@@ -7,7 +7,7 @@ to them is a consistent world (docs/replay.md states the assumptions).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -16,6 +16,7 @@ from replayers.counterfactual.evidence_rules import (
     OVERLOOKED,
     Deed,
     Leg,
+    SeenOnMove,
     chances_of_missing,
     first_belief,
     items_left_in_place,
@@ -23,9 +24,10 @@ from replayers.counterfactual.evidence_rules import (
     refused_looks,
     refused_targets,
     seen_from_start,
+    seen_on_moves,
     successful_manipulations,
 )
-from replayers.runs.contents import contents_at_start, picked_without_look
+from replayers.runs.contents import contents_at_start, picked_without_look, sighted_at_start
 from replayers.runs.correcting import with_corrections
 from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
 from replayers.runs.run import Run
@@ -39,6 +41,7 @@ from workbench.log_schema.memory_json import memory_from_settings
 from workbench.log_schema.perception_json import perception_from_settings
 from workbench.log_schema.place import Place
 from workbench.log_schema.sight_json import sight_from_settings
+from workbench.log_schema.tags_in_passing_json import SETTING, tags_from_settings
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
 from workbench.worlds.geometry import Pose
@@ -46,7 +49,13 @@ from workbench.worlds.house import START, ContainerId, Contents, Item, ItemId, I
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.sight.sightings import PassingWays, passing_ways
+from workbench.worlds.sight.tags_in_passing import TagsInPassing
 from workbench.worlds.travel import TravelCosts
+
+TAGS_NOTE = (
+    "its robot turns for tags that it sees in passing: bounds count them as seen and as not seen, "
+    "the estimate as not seen"
+)
 
 
 class PartOfRun(Unsupported):
@@ -86,7 +95,7 @@ class Evidence:
         known: containers whose contents the robot knew before it started.
         contents: every container whose contents are certain (the known ones too), as at the start of the run.
         partly: of others, the items that certainly stood there at the start: the robot picked them up where no look
-            counts. The other contents are open.
+            counts, or saw them in passing. The other contents are open.
         refused_searches: containers that could not be searched, with the reason; they refuse again.
         refused_moves: locations to which every recorded move was refused; they refuse again.
         refused_picks: items of which every recorded pick was refused; they refuse again.
@@ -107,6 +116,9 @@ class Evidence:
         asking: how the run's estimator asked, where its answers cost something; None where it asked nobody.
         answers: what it was answered.
         passing: the ways of a robot that sees open furniture in passing; None for one that does not.
+        tags: the ways of a robot that stops for the tag of an item that it seeks and sees in passing; None for one
+            that does not. Whether it sees one that is in view, the log does not say.
+        seen_on_moves: what it saw so while recording, by the number of the move.
         seen_at_start: what of the known is so because it is in view from the start pose, with that pose.
         notes: what was odd and how it is read, one line each.
     """
@@ -141,6 +153,8 @@ class Evidence:
     asking: AskingInfo | None = None
     answers: tuple[Answer, ...] = ()
     passing: PassingWays | None = field(default=None, compare=False)
+    tags: TagsInPassing | None = field(default=None, compare=False)
+    seen_on_moves: Mapping[int, SeenOnMove] = field(default_factory=lambda: MappingProxyType({}))
     seen_at_start: Mapping[ContainerId, Pose] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
 
@@ -209,10 +223,10 @@ def evidence_of(run: Run) -> Evidence:
     containers = tuple(c.id for c in run.place.plan.containers)
     seen = tuple(o for o in run.observations if _is_certain(o, gaps))
     contents, odd = contents_at_start(seen, run.actions, containers)
-    picked = {} if gaps.lost else picked_without_look(seen, run.actions, containers)
-    contents |= {c: (*contents[c], *items) for c, items in picked.items() if c in contents}
+    found, told = ({}, ()) if gaps.lost else _found_without_look(run, seen, contents)
+    contents |= {c: (*contents[c], *items) for c, items in found.items() if c in contents}
     refused = refused_looks(run.actions, contents)
-    partly = MappingProxyType({c: i for c, i in picked.items() if c not in contents and c not in refused})
+    partly = MappingProxyType({c: i for c, i in found.items() if c not in contents and c not in refused})
     rounded = run.info.schema_version < ROUNDED_BEFORE
     probabilities, static_beliefs, strange = first_belief(run.beliefs, containers, rounded=rounded)
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
@@ -248,9 +262,18 @@ def evidence_of(run: Run) -> Evidence:
         asking=asking_from_settings(run.settings),
         answers=answers_in(run.answers),
         passing=_passing(run),
+        tags=tags_from_settings(run.settings, run.place),
+        seen_on_moves=seen_on_moves(run.sightings, run.actions),
         seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
-        notes=(*_gap_notes(run, gaps, len(seen)), *_imagined(imputed), *_picked_notes(partly), *odd, *strange),
+        notes=(
+            *_gap_notes(run, gaps, len(seen)),
+            *_imagined(imputed),
+            *told,
+            *((TAGS_NOTE,) if SETTING in run.settings else ()),
+            *odd,
+            *strange,
+        ),
     )
 
 
@@ -266,6 +289,29 @@ def _require_whole_task(run: Run, gaps: Gaps) -> None:
 def _known_at_start(run: Run, contents: Contents) -> Contents:
     at_start = {ContainerId(o.container) for o in run.observations if o.known_at_start}
     return MappingProxyType({c: contents[c] for c in sorted(at_start) if c in contents})
+
+
+def _found_without_look(
+    run: Run, seen: Iterable[Observation], contents: Contents
+) -> tuple[dict[ContainerId, tuple[Item, ...]], tuple[str, ...]]:
+    """Items that were picked up, or seen in passing, where no look shows them, by container, and notes on them.
+
+    Args:
+        contents: of the containers that were looked into.
+    """
+    containers = tuple(c.id for c in run.place.plan.containers)
+    found = picked_without_look(seen, run.actions, containers)
+    notes = tuple(
+        f"{', '.join(item.id for item in items)} was picked up in {container}, into which no look counts: it stood "
+        "there at the start, and what else lies there is open"
+        for container, items in found.items()
+        if container not in contents
+    )
+    sighted, told = sighted_at_start(run.sightings, run.actions, contents, containers)
+    for container, items in sighted.items():
+        known = {item.id for item in found.get(container, ())}
+        found[container] = (*found.get(container, ()), *(item for item in items if item.id not in known))
+    return found, (*told, *notes)
 
 
 def _passing(run: Run) -> PassingWays | None:
@@ -293,15 +339,6 @@ def _gap_notes(run: Run, gaps: Gaps, used: int) -> tuple[str, ...]:
     return (
         *cut,
         f"the log is not whole: {'; '.join(gaps.lost)}{after}",
-    )
-
-
-def _picked_notes(partly: Contents) -> tuple[str, ...]:
-    """The notes on items that were picked up in containers that count as not looked into."""
-    return tuple(
-        f"{', '.join(item.id for item in items)} was picked up in {container}, into which no look counts: it stood "
-        "there at the start, and what else lies there is open"
-        for container, items in partly.items()
     )
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
-from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation
+from workbench.log_schema.events import ActionFinished, BeliefUpdate, ItemSighting, Observation
 from workbench.tolerances import NEAR_ROUNDED
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 from workbench.worlds.perception import viewpoint_square
+from workbench.worlds.world import ItemInPassing
 
 LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
 """What a step of a replay rests on: the run did the very same; it follows from the log and its assumptions; it rests
@@ -21,6 +23,14 @@ OVERLOOKED = "|overlooked|"
 Leg = tuple[LocationId, LocationId]
 Deed = tuple[str, LocationId, tuple[ItemId, ...]]
 """A manipulation: its kind, its place, its items."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeenOnMove:
+    """Single items that were seen in passing on one move, and where that move ended."""
+
+    items: tuple[ItemInPassing, ...]
+    end: LocationId
 
 
 def refused_looks(
@@ -97,6 +107,30 @@ def seen_from_start(observations: Iterable[Observation]) -> Mapping[ContainerId,
     poses = ((ContainerId(o.container), o.passing.viewpoint) for o in observations if o.known_at_start and o.passing)
     return MappingProxyType(
         {container: Pose(x_m=at[0], y_m=at[1], yaw_rad=at[2]) for container, at in poses if len(at) == 3}
+    )
+
+
+def seen_on_moves(sightings: Iterable[ItemSighting], actions: Iterable[ActionFinished]) -> Mapping[int, SeenOnMove]:
+    """What was seen in passing on the moves of a run, by the number of the move, refused ones counted."""
+    moves = sorted((a for a in actions if a.action == "move"), key=lambda a: a.index)
+    left = sorted(sightings, key=lambda s: (s.stamp.ns, s.decision))
+    found: dict[int, SeenOnMove] = {}
+    for number, move in enumerate(moves):
+        items = tuple(_in_passing(s) for s in left if s.decision == move.decision and s.stamp <= move.stamp)
+        left = [s for s in left if not (s.decision == move.decision and s.stamp <= move.stamp)]
+        if items and move.success:
+            found[number] = SeenOnMove(items=items, end=LocationId(move.target))
+    return MappingProxyType(found)
+
+
+def _in_passing(seen: ItemSighting) -> ItemInPassing:
+    x_m, y_m, yaw_rad = seen.viewpoint if len(seen.viewpoint) == 3 else (0.0, 0.0, 0.0)
+    return ItemInPassing(
+        stamp_ns=seen.stamp.ns,
+        container=ContainerId(seen.container),
+        item=Item(id=ItemId(seen.item.id), type=ItemType(seen.item.type)),
+        viewpoint=Pose(x_m=x_m, y_m=y_m, yaw_rad=yaw_rad),
+        support=LOGGED,
     )
 
 

@@ -14,13 +14,14 @@ from typing import final
 
 from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.evidence_rules import IMPLIED, IMPUTED, LOGGED
+from replayers.counterfactual.evidence_rules import IMPLIED, IMPUTED, LOGGED, SeenOnMove
 from replayers.runs.run import Run
 from workbench.planning.actions import EFFECTS
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.sight.sightings import PassingWays, UnknownSight, stop_point
+from workbench.worlds.sight.tags_in_passing import TagsInPassing
 from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog, SeenInPassing
 
@@ -42,6 +43,14 @@ class Move:
     seeking: Collection[ItemType] | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MoveToLook:
+    """A move to look into a container, and what the robot knew before it."""
+
+    before: Knowledge
+    move: Move
+
+
 @final
 class LoggedWorld:
     """A World that answers from a log.
@@ -50,6 +59,8 @@ class LoggedWorld:
 
     Attributes:
         unfinished: the move on which a container of unknown contents came into view; None if there is none.
+        moves_to_look: where the robot would stop for a tag that it sees in passing, its moves on which it might. It
+            sees none on them, except as recorded.
 
     Args:
         log: a run as read, or its evidence.
@@ -83,7 +94,11 @@ class LoggedWorld:
         self._imputed_items: set[ItemId] = set()
         self.unfinished: Move | None = None
         self._passing = self.evidence.passing
-        self._paths = self._passing or paths or (place.paths() if with_ways else NoPaths(self.evidence))
+        self._tags = self.evidence.tags
+        self._moves = 0
+        self.moves_to_look: list[MoveToLook] = []
+        own = self._tags or paths or place.paths() if with_ways else paths or NoPaths(self.evidence)
+        self._paths = self._passing or own
         self._now_ns = self.evidence.info.started.ns
 
     @property
@@ -94,6 +109,8 @@ class LoggedWorld:
     def travel(self) -> TravelCosts:
         if self._passing is not None:
             return self._passing.travel_from(self.knowledge.robot_at)
+        if self._tags is not None:
+            return self._tags.travel_from(self.knowledge.robot_at)
         return self.evidence.travel
 
     @property
@@ -112,7 +129,8 @@ class LoggedWorld:
     def go_to(
         self, location: LocationId, *, seeking: Collection[ItemType] | None = None
     ) -> ActionDone | NotInLog | ActionRefused:
-        here, start = self.knowledge.robot_at, self._now_ns
+        here, start, number = self.knowledge.robot_at, self._now_ns, self._moves
+        self._moves += 1
         metres = self.travel.between(here, location)
         if metres is None:
             return ActionRefused(start_ns=start, end_ns=start, reason=f"{location} cannot be reached")
@@ -120,8 +138,15 @@ class LoggedWorld:
             return ActionRefused(start_ns=start, end_ns=start, reason=self.evidence.refused_moves[location])
         if self._passing is not None:
             return self._walk(self._passing, Move(target=location, seeking=seeking))
+        if self._tags is not None and seeking is not None:
+            if self._as_recorded and number in self.evidence.seen_on_moves:
+                return self._stopped(self._tags, location, metres, self.evidence.seen_on_moves[number])
+            before = self.knowledge
+            self.moves_to_look.append(MoveToLook(before=before, move=Move(target=location, seeking=seeking)))
         way = self._paths.path(here, location) or ()
         self._now_ns += self._durations.move_ns(metres)
+        if self._tags is not None and self.knowledge.travel is not self.evidence.travel:
+            self.knowledge = replace(self.knowledge, travel=self.evidence.travel)
         self.knowledge = self.knowledge.moved(location)
         support = LOGGED if (here, location) in self.evidence.walked else IMPLIED
         return ActionDone(start_ns=start, end_ns=self._now_ns, travel_m=metres, path=way, support=support)
@@ -172,6 +197,27 @@ class LoggedWorld:
             support=LOGGED if (here, walk.end) in self.evidence.walked else IMPLIED,
             seen=seen,
             ended_at=None if walk.end == move.target else walk.end,
+        )
+
+    def _stopped(self, tags: TagsInPassing, location: LocationId, metres: float, seen: SeenOnMove) -> ActionDone:
+        """Go towards a location as far as the robot went when it saw something in passing."""
+        here, start = self.knowledge.robot_at, self._now_ns
+        travel = tags.travel_from(seen.end)
+        left_m = 0.0 if seen.end == location else travel.between(seen.end, location) or 0.0
+        walked_m = max(0.0, metres - left_m)
+        self._now_ns += self._durations.move_ns(walked_m)
+        known = self.knowledge
+        for one in seen.items:
+            known = known.sighted(one.container, one.item)
+        self.knowledge = replace(known, travel=travel).moved(seen.end)
+        return ActionDone(
+            start_ns=start,
+            end_ns=self._now_ns,
+            travel_m=walked_m,
+            path=tags.path(here, seen.end) or () if seen.end == location else (),
+            support=LOGGED,
+            items_seen=seen.items,
+            ended_at=None if seen.end == location else seen.end,
         )
 
     def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from replayers.counterfactual.logged_world import Move
+from replayers.counterfactual.logged_world import Move, MoveToLook
 from replayers.counterfactual.overlooked import PossibleContents
 from replayers.counterfactual.relevance import Answer
 from replayers.counterfactual.results import Assignment
@@ -66,6 +66,16 @@ class UnobservedLook:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PricedMove:
+    """A move of a segment on which the robot may see a tag in passing, and the segment before it, as of Segment."""
+
+    made: MoveToLook
+    cost: float
+    steps: int
+    picks: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Segment:
     """One segment of a run, from a node to the next unobserved look or to the end of the run.
 
@@ -75,6 +85,7 @@ class Segment:
         unobserved: the look at which it stops; None at the end of the run.
         ended: how the run ended; None at an unobserved look.
         depends_on_beliefs: whether some decision in it depended on beliefs.
+        moves_to_look: its moves on which the robot may see a tag in passing; on none of them it does.
     """
 
     cost: float
@@ -83,6 +94,7 @@ class Segment:
     unobserved: UnobservedLook | None
     ended: RunEnded | None
     depends_on_beliefs: bool = True
+    moves_to_look: tuple[PricedMove, ...] = ()
 
     @property
     def done(self) -> bool:
@@ -94,7 +106,8 @@ class Node:
     """A state of knowledge in the run tree. Steps, picks and cost count from the start, by the first path to it.
 
     imputed: an open container was searched on the way here, so that beliefs which depend on every observation are
-    unknown from here on. walk: the move that the robot is on; knowledge then holds what it will have seen of the
+    unknown from here on. sighted: the nodes after a tag was seen in passing in its segment, with the cost from here;
+    None before anybody asked. walk: the move that the robot is on; knowledge then holds what it will have seen of the
     containers that came into view, from where it set out.
     """
 
@@ -106,6 +119,7 @@ class Node:
     cost: float = 0.0
     segment: Segment | None = None
     children: dict[Answer, Node] = field(default_factory=dict)
+    sighted: tuple[tuple[float, Node], ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

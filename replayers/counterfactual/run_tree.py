@@ -18,9 +18,9 @@ from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.overlooked import possible_contents
-from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
+from replayers.counterfactual.relevance import Answer, Relevance, imputed_items, may_be_sighted
 from replayers.counterfactual.results import Assignment
-from replayers.counterfactual.run_nodes import Choose, Leaf, Node, Segment, UnfinishedWalk, UnobservedLook
+from replayers.counterfactual.run_nodes import Choose, Leaf, Node, PricedMove, Segment, UnfinishedWalk, UnobservedLook
 from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
 from workbench.beliefs.belief import Estimator
 from workbench.caches import Cache
@@ -124,6 +124,15 @@ class RunTree:
             found = node.children[answer] = self._after(node, answer)
         return found
 
+    def seen_in_passing(self, node: Node) -> tuple[tuple[float, Node], ...]:
+        """The nodes after a tag was seen in passing in a node's segment, each with the cost from the node to it.
+
+        Whether the robot sees a tag that is in view, the log does not say: all of them are consistent with it.
+        """
+        if node.sighted is None:
+            node.sighted = tuple(self._after_sightings(node))
+        return node.sighted
+
     def follow(self, choose: Choose) -> Leaf:
         """Runs to an end, choosing an answer at every unobserved look."""
         node, cost, filled = self.root, 0.0, list[Assignment]()
@@ -185,10 +194,38 @@ class RunTree:
         key = (self._key(knowledge), None if walk is None else walk.key)
         return self._nodes.setdefault(key, made) if self._merge else made
 
+    def _after_sightings(self, node: Node) -> Iterator[tuple[float, Node]]:
+        tags = self.evidence.tags
+        if tags is None:
+            return
+        for move in self.advance(node).moves_to_look:
+            before, target = move.made.before, move.made.move.target
+            for view in tags.in_view(before.robot_at, target):
+                container = view.container
+                if container in before.first_seen:
+                    continue
+                points = tags.turning_points(before.robot_at, target, container)
+                seeking = move.made.move.seeking or ()
+                for item in may_be_sighted(self.evidence, self.relevance, container, seeking, before):
+                    known = before.sighted(container, item)
+                    for turn in points:
+                        there = replace(known, travel=tags.travel_from(turn.location)).moved(turn.location)
+                        cost, steps, picks = move.cost + turn.along_m, move.steps + 1, move.picks
+                        made = Node(
+                            knowledge=there,
+                            imputed=node.imputed,
+                            steps=node.steps + steps,
+                            picks=node.picks + picks,
+                            cost=node.cost + cost,
+                        )
+                        key = (self._key(there), None)
+                        yield cost, self._nodes.setdefault(key, made) if self._merge else made
+
     def _run(self, node: Node) -> Segment:
         self.segments += 1
         world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
-        steps, picks, leans, walked = 0, 0, False, 0.0
+        steps, picks, leans, walked, spent = 0, 0, False, 0.0, 0.0
+        moves: list[PricedMove] = []
         if node.walk is not None:
             world, unknown, walked = self._walked(node, node.walk)
             if unknown is not None:
@@ -197,8 +234,11 @@ class RunTree:
         ended: RunEnded | None = None
         for event in self._events(world, begin_with=world.knowledge, steps_left=self.max_steps - node.steps - steps):
             if isinstance(event, ActionEnded):
+                for made in world.moves_to_look[len(moves) :]:
+                    moves.append(PricedMove(made=made, cost=spent, steps=steps, picks=picks))
                 steps += 1
                 picks += event.success and event.step.action == "pick"
+                spent += event.cost
             elif isinstance(event, PlanMade):
                 leans = leans or (self._reads_beliefs and self._asks(event.made))
             elif isinstance(event, RunEnded):
@@ -208,7 +248,13 @@ class RunTree:
         if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
             cost = walked + ended.own_cost
             return Segment(
-                cost=cost, steps=steps, picks=picks, unobserved=None, ended=ended, depends_on_beliefs=leans
+                cost=cost,
+                steps=steps,
+                picks=picks,
+                unobserved=None,
+                ended=ended,
+                depends_on_beliefs=leans,
+                moves_to_look=tuple(moves),
             )
         move = world.unfinished
         walk = None if move is None else UnfinishedWalk(before=world.knowledge, move=move)
@@ -216,7 +262,13 @@ class RunTree:
         cost = walked + ended.own_cost + (self.evidence.costs.search if walk is None else 0.0)
         steps += walk is None
         return Segment(
-            cost=cost, steps=steps, picks=picks, unobserved=unobserved, ended=None, depends_on_beliefs=leans
+            cost=cost,
+            steps=steps,
+            picks=picks,
+            unobserved=unobserved,
+            ended=None,
+            depends_on_beliefs=leans,
+            moves_to_look=tuple(moves),
         )
 
     def _walked(self, node: Node, walk: UnfinishedWalk) -> tuple[LoggedWorld, UnobservedLook | None, float]:
@@ -276,6 +328,8 @@ class RunTree:
             )
         settled = [c for c in knowledge.first_seen if c in self._open]
         found = frozenset(item.type for c in settled for item in knowledge.first_seen[c])
+        if self.evidence.tags is not None:  # what was seen in passing is somewhere too
+            found |= {t for t in live if knowledge.has_known_instance(t)}
         left = len(self._open) - len(settled) - 1
         options, others = self.relevance.options(live, found_before=found, open_left=left, seen=self._seen)
         return UnobservedLook(

@@ -15,11 +15,13 @@ from typing import TYPE_CHECKING
 from replayers.counterfactual.estimates.intervals import finite
 from workbench.evaluation.tasks.experiment import PAPER_STRATEGIES
 from workbench.execution.events import RunEnded
+from workbench.log_schema.tags_in_passing_json import tags_from_settings
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ROBOT_COSTS
 from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import LocationId
+from workbench.worlds.sight.sightings import stop_point
 from workbench.worlds.sites.configurations import Configuration, configurations_of, site_and_house
 from workbench.worlds.sites.site import Site
 
@@ -40,6 +42,7 @@ class SpotExperiment:
         estimator: estimator of our strategies and plug-ins; paper_estimator: of the paper's strategies.
         images_hz: pictures per second; the shipped logs have few.
         raw: also log bosdyn's messages as received, and a depth camera, which viewers show from those.
+        sees_m: how far tags count that are seen in passing; 0 for not at all.
         miss_rate: what the robot's detector misses from nearby (MissedTags); None for nothing that is in view.
     """
 
@@ -53,6 +56,7 @@ class SpotExperiment:
     seed: int = 0
     images_hz: float = 0.03
     raw: bool = True
+    sees_m: float = 3.0
     miss_rate: float | None = None
     force: bool = False
 
@@ -156,10 +160,14 @@ def cost_by_the_matrix(run: Run) -> float:
     outcome = run.outcome
     if outcome is None or outcome.status != "done":
         return outcome.cost if outcome is not None else 0.0
-    total = 0.0
+    total, tags = 0.0, tags_from_settings(run.settings, run.place)
     for action in run.actions:
         if action.action == "move" and action.success:
-            total += run.place.travel.between(LocationId(action.origin), LocationId(action.target)) or 0.0
+            origin, target = LocationId(action.origin), LocationId(action.target)
+            stop = origin if stop_point(target) is None else target
+            travel = run.place.travel if tags is None else tags.travel_from(stop)
+            walked_m = travel.between(origin, target)
+            total += action.travel_m if walked_m is None else walked_m
         else:
             total += action.cost
     return total
@@ -177,6 +185,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
     from recorders.spot.client.time_source import SteppedClock
     from recorders.spot.run.operator import AgreeingOperator
     from recorders.spot.run.run import RobotRun, run_and_record
+    from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.simulated.missed_tags import MissedTags
     from recorders.spot.simulated.session import simulated_robot
     from workbench.errors import OutputExists
@@ -193,6 +202,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
         seed=experiment.seed,
         costs=ROBOT_COSTS,
         rates=thin_rates(experiment.images_hz, raw=experiment.raw),
+        settings=RunSettings(sees_m=experiment.sees_m),
         truth=house.contents,
         own_estop=True,
         title=f"configuration {configuration.name}: {experiment.task.title}",

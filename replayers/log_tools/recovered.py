@@ -23,10 +23,19 @@ from replayers.log_tools.log_paths import shown
 from replayers.log_tools.multi_run import member_name, run_and_name, run_of
 from replayers.log_tools.whole_chunk import WholeChunk
 from replayers.mcap_io.messages import Message
-from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, Observation, PlanComputed
+from workbench.log_schema.events import (
+    TOPIC_OF,
+    ActionFinished,
+    BeliefUpdate,
+    ItemSighting,
+    Observation,
+    PlanComputed,
+)
 
 RECOVERED_METADATA = "lios.recovered"
-EVIDENCE_TOPICS = frozenset({TOPIC_OF[kind] for kind in (ActionFinished, BeliefUpdate, Observation, PlanComputed)})
+EVIDENCE_TOPICS = frozenset(
+    {TOPIC_OF[kind] for kind in (ActionFinished, BeliefUpdate, ItemSighting, Observation, PlanComputed)}
+)
 """Topics that a replay rests on."""
 MAX_PARTS = 100_000
 """A part with a higher number is none."""

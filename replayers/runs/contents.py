@@ -8,9 +8,9 @@ says that looks could miss.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
-from workbench.log_schema.events import ActionFinished, Observation
+from workbench.log_schema.events import ActionFinished, ItemSighting, Observation
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
 
 ELSEWHERE = ""
@@ -76,6 +76,45 @@ def picked_without_look(
                 here = Item(id=ItemId(item), type=ItemType(item_type))
                 found[container] = (*found.get(container, ()), here)
     return found
+
+
+def sighted_at_start(
+    sightings: Iterable[ItemSighting],
+    actions: Iterable[ActionFinished],
+    contents: Mapping[ContainerId, tuple[Item, ...]],
+    containers: tuple[ContainerId, ...],
+) -> tuple[dict[ContainerId, tuple[Item, ...]], tuple[str, ...]]:
+    """Items that were seen in passing before anything had moved them, by the container in which each was seen first:
+    they stood there at the start of the run. With notes on what looks say otherwise.
+
+    Args:
+        contents: of the containers that were looked into, by the looks: one that shows such an item elsewhere is
+            believed, one that does not show it there missed it.
+    """
+    handled = _first_handled(actions)
+    looked = {item.id: container for container, items in contents.items() for item in items}
+    found: dict[ContainerId, tuple[Item, ...]] = {}
+    notes: dict[str, None] = {}
+    placed: set[str] = set()
+    for seen in sorted(sightings, key=lambda s: (s.stamp.ns, s.decision)):
+        item, container = Item(id=ItemId(seen.item.id), type=ItemType(seen.item.type)), ContainerId(seen.container)
+        moved = item.id in handled and handled[item.id] <= seen.stamp.ns
+        if container not in containers or moved or item.id in placed:
+            continue
+        placed.add(item.id)
+        if looked.get(item.id, container) != container:
+            elsewhere = f"{item.id} was seen in {container} in passing, and by a look in {looked[item.id]}"
+            notes[f"{elsewhere}; it is read as standing there"] = None
+            continue
+        if item.id in looked:
+            continue
+        found[container] = (*found.get(container, ()), item)
+        if container in contents:
+            notes[f"{item.id} was seen in {container} in passing; the look into it missed it"] = None
+        else:
+            there = f"{item.id} was seen in {container} in passing: it stood there at the start"
+            notes[f"{there}, and what else lies there is open"] = None
+    return found, tuple(notes)
 
 
 def _first_handled(actions: Iterable[ActionFinished]) -> dict[str, int]:

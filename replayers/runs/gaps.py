@@ -264,6 +264,7 @@ def _first_looks_lost(run: Run, *, certain: bool) -> frozenset[str]:
                 action.action == "pick"
                 and not without_look
                 and not _observed_by(action.start.ns, first_seen.get(action.target))
+                and not _sighted_before(run, action)
             )
         )
         and not (action.action == "search" and _ends_the_log(run, action))
@@ -272,6 +273,13 @@ def _first_looks_lost(run: Run, *, certain: bool) -> frozenset[str]:
 
 def _observed_by(stamp_ns: int, seen_ns: int | None) -> bool:
     return seen_ns is not None and seen_ns <= stamp_ns
+
+
+def _sighted_before(run: Run, pick: ActionFinished) -> bool:
+    """Whether what was picked had been seen there in passing, so that no look was needed."""
+    return any(
+        s.container == pick.target and s.item.id in pick.items and s.stamp <= pick.start for s in run.sightings
+    )
 
 
 def _ends_the_log(run: Run, action: ActionFinished) -> bool:

@@ -14,7 +14,7 @@ from replayers.runs.run import Run
 from workbench.errors import BadValue, InputError
 from workbench.execution.events import RunStatus
 from workbench.log_schema.corrections import Correction
-from workbench.log_schema.events import ActionFinished, Observation
+from workbench.log_schema.events import ActionFinished, ItemSighting, Observation
 from workbench.planning.tasks import AllOf
 from workbench.worlds.house import ContainerId, FloorPlan, Item, ItemId, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
@@ -52,7 +52,8 @@ class _Whereabouts:
 
     Attributes:
         items: those of the site that have a tag.
-        known: contents of containers that were looked into. put: items put down where nobody looked.
+        known: contents of containers that were looked into. put: items put down, or seen in passing, where nobody
+            looked.
         held: the item in the gripper, and where it was taken from.
     """
 
@@ -107,6 +108,10 @@ class _Whereabouts:
             self.put_down(ContainerId(action.target), items or ((self.held,) if self.held else ()))
         elif action.action not in ("pick", "place", "move", "search") and action.success:
             self.notes.append(f"not taken over: {action.action} {', '.join(action.items)}")
+
+    def sight(self, seen: ItemSighting) -> None:
+        """Add an item that was seen in passing; what else is in its container, nobody saw."""
+        self.put_down(ContainerId(seen.container), (_item(seen.item.id, seen.item.type),))
 
     def put_down(self, place: ContainerId, items: tuple[Item, ...]) -> None:
         self.forget(items)
@@ -174,9 +179,12 @@ def _read(run: Run, where: _Whereabouts) -> None:
     """
     events = [((not o.known_at_start, o.stamp.ns, 1), o) for o in run.observations]
     acted = [((True, a.stamp.ns, 0), a) for a in run.actions]
-    for _, event in sorted([*events, *acted], key=lambda entry: entry[0]):
+    sighted = [((True, s.stamp.ns, 1), s) for s in run.sightings]
+    for _, event in sorted([*events, *sighted, *acted], key=lambda entry: entry[0]):
         if isinstance(event, Observation):
             where.look(event)
+        elif isinstance(event, ItemSighting):
+            where.sight(event)
         else:
             where.act(event)
     used, notes = corrections_of(run)

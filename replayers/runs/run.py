@@ -41,6 +41,7 @@ from workbench.log_schema.events import (
     EstimatorAnswer,
     FindCosts,
     GroundTruth,
+    ItemSighting,
     Observation,
     Outcome,
     PlanComputed,
@@ -84,6 +85,7 @@ class Run:
     costs: ActionCosts
     settings: dict[str, Any] = field(default_factory=dict)
     observations: tuple[Observation, ...] = ()
+    sightings: tuple[ItemSighting, ...] = ()
     answers: tuple[EstimatorAnswer, ...] = ()
     beliefs: tuple[BeliefUpdate, ...] = ()
     find_costs: tuple[FindCosts, ...] = ()
@@ -195,6 +197,7 @@ class Run:
 _HELD_AS: Mapping[type[msgspec.Struct], str] = MappingProxyType(
     {
         Observation: "observations",
+        ItemSighting: "sightings",
         EstimatorAnswer: "answers",
         BeliefUpdate: "beliefs",
         FindCosts: "find_costs",
@@ -338,6 +341,7 @@ class RunBuilder:
             costs=settings.costs,
             settings=settings.more,
             observations=self._all(Observation),
+            sightings=self._all(ItemSighting),
             answers=self._all(EstimatorAnswer),
             beliefs=self._all(BeliefUpdate),
             find_costs=self._all(FindCosts),

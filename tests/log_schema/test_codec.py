@@ -10,18 +10,27 @@ from sample_logs import T0, toy_events
 
 from workbench.beliefs.asking.answers import Answer
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import BeliefUpdated, EstimatorAnswered, FindCostsUpdated
+from workbench.execution.events import BeliefUpdated, EstimatorAnswered, FindCostsUpdated, ItemSighted
 from workbench.log_schema.codec import UndecodableMessage, UnknownTopic, decode, encode, to_wire
 from workbench.log_schema.events import REPEATABLE, TOPIC_OF, TOPICS, BeliefUpdate, Stamp, Timing
 from workbench.search.find_costs import FindCosts
-from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import START, ContainerId, Item, ItemId, ItemType, LocationId
 
 NAMES = st.text(min_size=1, max_size=12)
 
 
 def test_every_event_of_a_run_survives_the_wire():
     asked = Answer(estimator="e@1", model="m", question="where\n?", answer='{"Fridge|1": 1}', seconds=0.123456789)
-    events = (*toy_events(), EstimatorAnswered(stamp_ns=T0, decision=1, answer=asked))
+    sighted = ItemSighted(
+        stamp_ns=T0,
+        decision=1,
+        container=ContainerId("Desk|2"),
+        item=Item(id=ItemId("Mug|2"), type=ItemType("Mug")),
+        robot_at=START,
+        viewpoint=Pose(x_m=1.25, y_m=-2.0, yaw_rad=0.5),
+    )
+    events = (*toy_events(), sighted, EstimatorAnswered(stamp_ns=T0, decision=1, answer=asked))
     wires = [wire for event in events for wire in to_wire(event)]
     for wire in wires:
         topic = TOPIC_OF[type(wire)]

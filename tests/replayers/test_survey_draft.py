@@ -34,9 +34,8 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from recorders.run_recorder import RunRecorder
     from recorders.spot.client.control import Control
     from recorders.spot.record_session import session_info
-    from recorders.spot.run.run import place_of
     from recorders.spot.run.run_settings import RunSettings
-    from recorders.spot.run.site_tasks import session_task
+    from recorders.spot.run.site_tasks import place_of, session_task
     from recorders.spot.run.world import SpotWorld
     from recorders.spot.session.session import Rates, Session
     from workbench.search.costs import ROBOT_COSTS

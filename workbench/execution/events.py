@@ -84,6 +84,22 @@ class ContainerObserved:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ItemSighted:
+    """An item was seen in a container in passing, from a viewpoint on the way that began at robot_at.
+
+    What else the container holds was not seen.
+    """
+
+    stamp_ns: int
+    decision: int
+    container: ContainerId
+    item: Item
+    robot_at: LocationId
+    viewpoint: Pose
+    support: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class EstimatorAnswered:
     """What an estimator asked and was answered, once a run; seconds are those of when it was asked."""
 
@@ -157,4 +173,13 @@ class RunEnded:
     unseen: ContainerId | None = None
 
 
-Event = ContainerObserved | EstimatorAnswered | BeliefUpdated | FindCostsUpdated | PlanMade | ActionEnded | RunEnded
+Event = (
+    ContainerObserved
+    | ItemSighted
+    | EstimatorAnswered
+    | BeliefUpdated
+    | FindCostsUpdated
+    | PlanMade
+    | ActionEnded
+    | RunEnded
+)

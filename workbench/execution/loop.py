@@ -28,7 +28,7 @@ from workbench.execution.events import (
 from workbench.execution.further_looks import how_looked, worth_another_look
 from workbench.execution.goal_check import is_met
 from workbench.execution.legality import Legality, legality
-from workbench.execution.passing import knowledge_after, observed_in_passing, seen_in_words, unknown_in_words
+from workbench.execution.passing import in_passing, knowledge_after, looked_into, seen_in_words, unknown_in_words
 from workbench.execution.run_end import end_without_plan
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
@@ -123,6 +123,7 @@ class _Run:
     travel_m: float = 0.0
     planning_s: float = 0.0
     refusals: dict[tuple[str, LocationId, tuple[ItemId, ...]], int] = field(default_factory=dict)
+    sighted: set[ItemId] = field(default_factory=set[ItemId])
     ended: RunEnded | None = None
     reason: str = "start"
 
@@ -258,7 +259,7 @@ class _Run:
             self.reason = f"could not search {container}: {answer.reason}"
             return
         again = container in self.knowledge.first_seen
-        before, self.knowledge = self.knowledge, self.knowledge.seen(container, answer.items)
+        before, self.knowledge = self.knowledge, looked_into(self.knowledge, answer, self.sighted)
         found = sorted({item.type for item in answer.items if item.type in sought})
         searched = f"searched {container}{' again' if again else ''}"
         seen = f"found {', '.join(found)} in {container}" if found else searched
@@ -290,7 +291,7 @@ class _Run:
         if isinstance(answer, NotInLog):
             self._end(RunStatus.UNDETERMINED, unknown_in_words(answer, step.target), unseen=answer.container)
             return False
-        if isinstance(answer, ActionDone) and answer.seen:
+        if isinstance(answer, ActionDone) and (answer.seen or answer.items_seen):
             return (yield from self._passed(step, answer))
         yield self._acted(step, answer, answer.travel_m if step.action == "move" else self.costs.manipulation)
         if isinstance(answer, ActionRefused):
@@ -300,11 +301,12 @@ class _Run:
         return self.ended is None
 
     def _passed(self, step: PlanStep, answer: ActionDone) -> Generator[Event, None, bool]:
-        """A move on which containers came into view: their contents are known at once, and the run decides again."""
-        yield from observed_in_passing(answer, decision=self.decision, robot_at=self.knowledge.robot_at)
+        """A move on which containers or items came into view: these are known at once, and the run decides again."""
+        yield from in_passing(answer, decision=self.decision, robot_at=self.knowledge.robot_at)
         stopped = step if answer.ended_at is None else replace(step, target=answer.ended_at)
         yield self._acted(stopped, answer, answer.travel_m)
         self.knowledge = knowledge_after(self.knowledge, answer, robot_at=stopped.target, travel=self.world.travel)
+        self.sighted |= {seen.item.id for seen in answer.items_seen}
         self.reason = seen_in_words(answer)
         return False
 

@@ -1,19 +1,21 @@
-"""Observations in passing: the open containers that come into view on a move."""
+"""Observations in passing: the open containers, and single items, that come into view on a move."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
-from workbench.execution.events import ContainerObserved
-from workbench.worlds.house import LocationId
+from workbench.execution.events import ContainerObserved, ItemSighted
+from workbench.worlds.house import ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.travel import TravelCosts
-from workbench.worlds.world import ActionDone, NotInLog
+from workbench.worlds.world import ActionDone, LookResult, NotInLog
 
 
-def observed_in_passing(answer: ActionDone, *, decision: int, robot_at: LocationId) -> Iterator[ContainerObserved]:
-    """The observations made on a move, in the order in which the containers came into view.
+def in_passing(
+    answer: ActionDone, *, decision: int, robot_at: LocationId
+) -> Iterator[ContainerObserved | ItemSighted]:
+    """The observations made on a move, in the order in which containers and then single items came into view.
 
     Args:
         robot_at: where the move began.
@@ -27,6 +29,16 @@ def observed_in_passing(answer: ActionDone, *, decision: int, robot_at: Location
             robot_at=robot_at,
             support=seen.support,
             passing_from=seen.viewpoint,
+        )
+    for item in answer.items_seen:
+        yield ItemSighted(
+            stamp_ns=item.stamp_ns,
+            decision=decision,
+            container=item.container,
+            item=item.item,
+            robot_at=robot_at,
+            viewpoint=item.viewpoint,
+            support=item.support,
         )
 
 
@@ -42,12 +54,27 @@ def knowledge_after(
     after = replace(knowledge, travel=travel).moved(robot_at)
     for seen in answer.seen:
         after = after.seen(seen.container, seen.items)
+    for item in answer.items_seen:
+        after = after.sighted(item.container, item.item)
     return after
+
+
+def looked_into(knowledge: Knowledge, look: LookResult, sighted: Collection[ItemId]) -> Knowledge:
+    """The knowledge after a look.
+
+    Args:
+        sighted: items that were seen in passing; a look knows better where they are.
+    """
+    for item in look.items:
+        if item.id in sighted:
+            knowledge = knowledge.without_item(item.id)
+    return knowledge.seen(look.container, look.items)
 
 
 def seen_in_words(answer: ActionDone) -> str:
     """Why the run decides again after a move."""
-    return f"saw {', '.join(seen.container for seen in answer.seen)} in passing"
+    items = (f"{seen.item.id} in {seen.container}" for seen in answer.items_seen)
+    return f"saw {', '.join((*(seen.container for seen in answer.seen), *items))} in passing"
 
 
 def unknown_in_words(answer: NotInLog, target: LocationId) -> str:

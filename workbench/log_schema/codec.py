@@ -25,6 +25,7 @@ from workbench.execution.events import (
     EstimatorAnswered,
     Event,
     FindCostsUpdated,
+    ItemSighted,
     LookMade,
     PlanMade,
     RunEnded,
@@ -38,6 +39,7 @@ from workbench.log_schema.events import (
     FindCosts,
     GroundTruth,
     HowLooked,
+    ItemSighting,
     Observation,
     Outcome,
     PlanComputed,
@@ -133,6 +135,20 @@ def _(event: ContainerObserved) -> tuple[DomainEvent, ...]:
         passing=None if event.passing_from is None else SeenInPassing(viewpoint=_pose(event.passing_from)),
     )
     return (seen,)
+
+
+@to_wire.register
+def _(event: ItemSighted) -> tuple[DomainEvent, ...]:
+    sighting = ItemSighting(
+        stamp=Stamp.of(event.stamp_ns),
+        decision=event.decision,
+        container=event.container,
+        item=SeenItem(id=event.item.id, type=event.item.type),
+        robot_at=event.robot_at,
+        viewpoint=_pose(event.viewpoint),
+        support=event.support,
+    )
+    return (sighting,)
 
 
 @to_wire.register

@@ -92,6 +92,21 @@ class Observation(msgspec.Struct, frozen=True, kw_only=True):
     passing: SeenInPassing | None = None
 
 
+class ItemSighting(msgspec.Struct, frozen=True, kw_only=True):
+    """An item was seen in a container that the robot passed; what else the container holds was not seen.
+
+    robot_at is where the way began; viewpoint is x and y in metres and the heading in radians.
+    """
+
+    stamp: Stamp
+    decision: int
+    container: str
+    item: SeenItem
+    robot_at: str
+    viewpoint: tuple[float, ...] = ()
+    support: str = ""
+
+
 class BeliefUpdate(msgspec.Struct, frozen=True, kw_only=True):
     """probability[i][j]: item_types[i] in containers[j]; within [0, 1], as it was believed (ROUNDED_BEFORE)."""
 
@@ -273,6 +288,7 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 DomainEvent = (
     Observation
+    | ItemSighting
     | EstimatorAnswer
     | BeliefUpdate
     | FindCosts
@@ -291,6 +307,7 @@ POSE_TOPIC = "/robot/pose"
 TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
     {
         "/search/observation": Observation,
+        "/search/sighting": ItemSighting,
         "/search/answer": EstimatorAnswer,
         "/search/belief": BeliefUpdate,
         "/search/find_cost": FindCosts,

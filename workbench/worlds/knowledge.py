@@ -149,6 +149,18 @@ class Knowledge:
             again=self.again - {container},
         )
 
+    def sighted(self, container: ContainerId, item: Item) -> Knowledge:
+        """The knowledge after seeing one item in a container in passing: what else is there stays as it was known.
+
+        In a container that was searched, the looks before missed it.
+        """
+        left = {at: tuple(i for i in items if i.id != item.id) for at, items in self.items_at.items()}
+        place, first = LocationId(container), self.first_seen
+        if container in first and all(i.id != item.id for i in first[container]):
+            first = MappingProxyType({**first, container: (*first[container], item)})
+        there = MappingProxyType({**left, place: (*left.get(place, ()), item)})
+        return replace(self, items_at=there, first_seen=first)
+
     def looks(self, container: ContainerId) -> int:
         """How often the container was looked into in this run."""
         return self.visited.count(container)

@@ -27,12 +27,25 @@ class SeenInPassing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ItemInPassing:
+    """An item that the robot saw in a container as it passed, when, and from where; what else is there, it did not
+    see. Evidence as of ActionDone."""
+
+    stamp_ns: int
+    container: ContainerId
+    item: Item
+    viewpoint: Pose
+    support: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ActionDone:
     """The action succeeded; gives its times and, for a move, the distance in metres and the path.
 
     Stamps are nanoseconds since the Unix epoch. travel_m is 0 for actions other than moves. support is the evidence
-    for the answer: "logged", "implied" or "imputed" in a replay, "" elsewhere. seen is what came into view on a move;
-    ended_at is where the robot stopped for it, None where it went to the end.
+    for the answer: "logged", "implied" or "imputed" in a replay, "" elsewhere. seen is what came into view on a move,
+    items_seen are single items of containers that did not come into view as a whole; ended_at is where the robot
+    stopped for it, None where it went to the end.
     """
 
     start_ns: int
@@ -41,6 +54,7 @@ class ActionDone:
     path: tuple[Point, ...] = ()
     support: str = ""
     seen: tuple[SeenInPassing, ...] = ()
+    items_seen: tuple[ItemInPassing, ...] = ()
     ended_at: LocationId | None = None
 
 

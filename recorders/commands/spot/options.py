@@ -33,6 +33,13 @@ StopWithin = Annotated[
     ),
 ]
 LookSeconds = Annotated[float, Option("--look", help="Duration of a look in seconds.")]
+SeesTags = Annotated[
+    float,
+    Option(
+        "--sees",
+        help="Metres from which the tag of an item that is looked for counts, seen in passing; 0 for not at all.",
+    ),
+]
 ImagesHz = Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")]
 Cameras = Annotated[str, Option("--cameras", help="Image sources, comma-separated.")]
 TakeLease = Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")]
@@ -47,7 +54,7 @@ ContinueAfterOutage = Annotated[
 ]
 DryRun = Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")]
 
-LOOK_S, IMAGES_HZ, STOP_WITHIN_M = 6.0, 2.0, 0.5
+LOOK_S, SEES_M, IMAGES_HZ, STOP_WITHIN_M = 6.0, 3.0, 2.0, 0.5
 MAX_SPEED_MPS = 1.6
 """Spot's own speed limit."""
 FRONT_CAMERAS = "frontleft_fisheye_image,frontright_fisheye_image"
@@ -74,6 +81,7 @@ class RunOptions:
     speed: SpeedLimit = None
     stop_within: StopWithin = STOP_WITHIN_M
     look: LookSeconds = LOOK_S
+    sees: SeesTags = SEES_M
     images_hz: ImagesHz = IMAGES_HZ
     cameras: Cameras = FRONT_CAMERAS
     take_lease: TakeLease = False
@@ -103,6 +111,7 @@ class RunOptions:
             raise BadValue("--speed", self.speed, f"more than 0 and at most {MAX_SPEED_MPS} m/s, Spot's own limit")
         check_within("--stop-within", self.stop_within, 0.1, 5)
         check_within("--look", self.look, 0.1, 600)
+        check_within("--sees", self.sees, 0, 20)
         check_within("--images-hz", self.images_hz, 0, 60)
 
     def settings(self) -> RunSettings:
@@ -113,6 +122,7 @@ class RunOptions:
             speed_mps=self.speed,
             stop_within_m=self.stop_within,
             look_s=self.look,
+            sees_m=self.sees,
             furniture_open=self.furniture_open,
             resume=self.resume,
         )

@@ -9,6 +9,7 @@ from workbench.execution.events import (
     EstimatorAnswered,
     Event,
     FindCostsUpdated,
+    ItemSighted,
     PlanMade,
     RunEnded,
 )
@@ -21,6 +22,8 @@ def event_line(event: Event) -> str:
         case ContainerObserved():
             held = ", ".join(item.type for item in event.items) or "nothing"
             return f"{event.container} holds {held}"
+        case ItemSighted():
+            return f"Saw {event.item.id} in {event.container} in passing"
         case PlanMade():
             plan = event.made.plan
             if plan.status is not PlanStatus.SOLVED:

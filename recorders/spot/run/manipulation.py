@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from math import hypot
 from typing import TYPE_CHECKING, Protocol, final
 
@@ -21,6 +22,7 @@ from bosdyn.client.robot_command import RobotCommandBuilder
 from recorders.spot.client.connection import ROBOT_ERRORS, reason_of
 from recorders.spot.client.errors import RunStopped
 from recorders.spot.client.frame_trees import tform
+from recorders.spot.client.odometer import WalkLog
 from recorders.spot.run.arm_motion import (
     AHEAD_M,
     FLOOR_M,
@@ -32,12 +34,15 @@ from recorders.spot.run.arm_motion import (
     in_front_of,
     place_on,
 )
+from recorders.spot.run.navigate import WalkEnding, walk
 from recorders.spot.tags.detections import TagSighting
 from workbench.errors import LiosError
 from workbench.message_enum import MessageEnum, Result
 from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
-from workbench.worlds.house import START, ContainerId, ItemId
+from workbench.worlds.house import START, ContainerId, ItemId, LocationId
+from workbench.worlds.sight.sightings import stop_point
+from workbench.worlds.sites.paths import SiteNavigation, other_standing_poses
 
 if TYPE_CHECKING:
     from recorders.spot.run.world import SpotWorld
@@ -48,7 +53,11 @@ FRESH_S, FIND_S = 1.0, 3.0
 """A grasp aims only at a tag seen within FRESH_S; such a sighting is waited for up to FIND_S."""
 BODY_M = 0.52
 """Default height in metres of a standing body."""
+AT_HAND_M = 1.0
+"""A robot that is farther than this from where it stands at a container is not at it."""
 DOWN = (0.0, 0.0, -1.0)
+Side = Callable[[TagSighting], Position | None]
+"""The direction of a grasp at a tag; None lets the robot choose."""
 
 
 class Handling(MessageEnum):
@@ -121,16 +130,12 @@ class ArmManipulator:
         world.control.before_rest = self.secure
 
     def pick(self, item: ItemId) -> Picked:
-        """Grasp an item as the robot likes, then from above, then after a helper turned it, from the robot's side."""
-        sides: tuple[Callable[[TagSighting], Position | None], ...] = (
-            lambda _: None,
-            lambda _: DOWN,
-            self._from_the_robot,
-        )
+        """Grasp an item as the robot likes, then from above, then from other standing places, then after a helper
+        turned it, from the robot's side."""
         grasps, result, there = 0, Handling.NOT_SEEN.result(item=item), item in self._world.shown_by_operator
-        for attempt, side in enumerate(sides):
-            if attempt == len(sides) - 1 and not self._turned(item, result.message):
-                break
+        for ready, side in self._tries(item):
+            if not ready(result.message):
+                continue
             sighting = self._find(item)
             if isinstance(sighting, Result):
                 if sighting.kind is Handling.POSE_UNSURE:
@@ -146,6 +151,37 @@ class ArmManipulator:
             self._world.tell(f"Grasp {grasps} of {item} failed: {result.message}")
         self._command(RobotCommandBuilder.arm_stow_command())
         return Picked(result=result, item_remains=there)
+
+    def _tries(self, item: ItemId) -> Iterator[tuple[Callable[[str], bool], Side]]:
+        """What is to be done before each attempt to grasp an item, given why the last one failed, and the side from
+        which it is grasped then."""
+        yield (lambda _: True), (lambda _: None)
+        yield (lambda _: True), (lambda _: DOWN)
+        for pose in self._other_stands():
+            yield partial(self._stands_at, pose), (lambda _: None)
+        yield partial(self._turned, item), self._from_the_robot
+
+    def _other_stands(self) -> tuple[Pose, ...]:
+        """Other poses at the container at which the robot stands, collision-free by the map; none without one."""
+        world, ways = self._world, self._world.site.ways
+        body = world.body_pose()
+        stand = None if world.at in (None, START) else world.site.paths.standing_pose(LocationId(str(world.at)))
+        if body is None or stand is None or not isinstance(ways, SiteNavigation):
+            return ()
+        here = (body.position.x, body.position.y)
+        if hypot(here[0] - stand.x_m, here[1] - stand.y_m) > AT_HAND_M:
+            return ()
+        return other_standing_poses(ways, world.plan, world.plan.container(ContainerId(str(world.at))), here)
+
+    def _stands_at(self, pose: Pose, reason: str) -> bool:
+        """Whether the robot went to another pose at the container at hand, its arm stowed."""
+        world = self._world
+        world.tell(f"Tried from another standing place: {reason}")
+        self._command(RobotCommandBuilder.arm_stow_command())
+        ended = walk(world, LocationId(str(world.at)), WalkLog(), stand=pose)
+        if ended.ending is not WalkEnding.ARRIVED:
+            world.tell(f"On the way to another standing place: {ended.reason}")
+        return ended.ending is WalkEnding.ARRIVED
 
     def place(self, item: ItemId) -> Result[Handling]:
         if not self._holds():
@@ -301,7 +337,7 @@ class ArmManipulator:
         )
         height_m = BODY_M if ground is None else -ground.z
         body = world.body_pose()
-        if body is None or world.at is None or world.at == START:
+        if body is None or world.at is None or world.at == START or stop_point(world.at) is not None:
             return (AHEAD_M, 0.0, FLOOR_M - height_m)
         here = Pose(x_m=body.position.x, y_m=body.position.y, yaw_rad=SE3Pose.from_proto(body).rot.to_yaw())
         return place_on(world.plan.container(ContainerId(world.at)), here, height_m)

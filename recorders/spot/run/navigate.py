@@ -48,6 +48,7 @@ class WalkEnding(StrEnum):
 
     Attributes:
         GOING: it has not ended. TIMED_OUT: the robot stands, since no command was renewed in time.
+        SAW_ITEM: the robot stands, since it has seen an item that it looks for.
         TRY_AGAIN: somebody or something is in the way, and may step aside.
         LOCALIZE: the robot does not know where it is; it walks again only once it was localised.
         REFUSED: it will not get there, however often it tries.
@@ -57,6 +58,7 @@ class WalkEnding(StrEnum):
     GOING = "going"
     TIMED_OUT = "timed-out"
     ARRIVED = "arrived"
+    SAW_ITEM = "saw-item"
     TRY_AGAIN = "try-again"
     LOCALIZE = "localize"
     REFUSED = "refused"
@@ -71,18 +73,19 @@ class WalkEnd:
     reason: str = ""
 
 
-def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
+def walk(world: SpotWorld, location: LocationId, walked: WalkLog, *, stand: Pose | None = None) -> WalkEnd:
     """Walk once. If it does not arrive, the robot has been commanded to stop.
 
     Args:
         walked: records the robot's positions.
+        stand: another pose at the location than the one at which it is used.
 
     Raises:
         RunStopped: the run cannot continue: stop, lost lease, impaired robot, or network down.
     """
     settings = world.settings
     hold_s = hold_of(world)
-    pose = world.site.paths.standing_pose(location)
+    pose = stand or world.site.paths.standing_pose(location)
     if pose is None:
         return WalkEnd(ending=WalkEnding.REFUSED, reason=f"no way leads to {location}")
     _note_place(world, walked)
@@ -110,6 +113,10 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
             world.check_battery()
             if world.hands.check_holding():
                 number = None
+            if world.watch is not None and ENDINGS.get(status) is WalkEnding.GOING and world.watch.stops():
+                world.control.stop()
+                _note_place(world, walked)
+                return WalkEnd(ending=WalkEnding.SAW_ITEM)
         except RobotImpairedError as error:
             raise RunStopped(IMPAIRED) from error
         except ResponseError as error:
@@ -191,7 +198,7 @@ def navigation_goal(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal
     client, timeout_s, lasts_s = world.graph_nav(), world.connection.timeout_s, hold_of(world)
     travel = GraphNavClient.generate_travel_params(0.25, 0.2, speed_limit(speed_of(world)))
     waypoint = world.site.waypoints.get(location)
-    if waypoint:
+    if waypoint and pose == world.site.paths.standing_pose(location):
         return lambda number: client.navigate_to(
             waypoint, lasts_s, travel_params=travel, command_id=number, timeout=timeout_s
         )

@@ -24,6 +24,8 @@ from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, 
 from recorders.spot.run.operator_requests import RunKeys
 from recorders.spot.run.resumed_knowledge import ResumedKnowledge, look_where_items_were_put, settings_of
 from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.site_tasks import place_of
+from recorders.spot.run.tag_watch import tag_watch
 from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
@@ -37,7 +39,7 @@ from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.perception_json import perception_to_settings
-from workbench.log_schema.place import Place
+from workbench.log_schema.tags_in_passing_json import tags_to_settings
 from workbench.planning.actions import relevant_types
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
@@ -140,13 +142,14 @@ def run_and_record(
             say(run.earlier.in_words())
             look_where_items_were_put(world, run.earlier)
         run = replace(run, site=world.site)
+        world.watch = tag_watch(world, relevant_types(run.task.goal))
         robot = robot_metadata(connection, operator=run.operator_name, serial=run.log_serial)
-        with _recorder(connection, run, setup, output, found=_as_found(world, run), force=force) as recorder:
+        with _recorder(connection, run, setup, output, world=world, force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
+            session.watch, session.show_status = world.watch, run.show_status
             world.tell = session.words
             recorder.sink.describe(ROBOT_METADATA, robot)
             world.recording_stop_reason = lambda: recorder.stop_reason
-            session.show_status = run.show_status
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = RunKeys(world.requests, _sought(run), session.note).press
             try:
@@ -167,8 +170,9 @@ def run_and_record(
 
 
 def _recorder(
-    connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, found: dict[str, object], force: bool
+    connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, world: SpotWorld, force: bool
 ) -> RunRecorder:
+    tags = None if world.watch is None else world.watch.ways
     stepped = isinstance(connection.clock, SteppedSessionClock)
     return RunRecorder(
         output,
@@ -178,11 +182,13 @@ def _recorder(
         costs=run.costs,
         truth=run.truth,
         force=force,
+        paths=tags,
         audience=run.audience,
         background=not stepped,
         receipt_ns=None if stepped else connection.clock.now_ns,
         settings={
-            "spot": {**_settings(run), **found},
+            "spot": {**_settings(run), **_as_found(world, run)},
+            **tags_to_settings(tags),
             **perception_to_settings(setup.perception),
             **memory_to_settings(run.memory),
             **estimator_to_settings(setup.estimator),
@@ -240,11 +246,6 @@ def _localize_and_set_start(world: SpotWorld, run: RobotRun, held: ExitStack) ->
     if not world.localize():
         raise NotLocalized(str(world.connection.address))
     world.start_here()
-
-
-def place_of(site: Site) -> Place:
-    """The site as stored in a log."""
-    return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)
 
 
 def _sought(run: RobotRun) -> tuple[Item, ...]:

@@ -20,6 +20,7 @@ class RunSettings:
     Attributes:
         speed_mps: speed limit of walking; None for the site's.
         stop_within_m: how far the robot walks on at most when nobody renews its command.
+        sees_m: how far from a container the tag of an item in it counts that is seen in passing; 0 for not at all.
         look_s: duration of a look, within which tags must be seen.
         poll_s: polling interval.
         outage_s: duration of a network outage after which the robot counts as having stopped by itself, also where
@@ -36,6 +37,7 @@ class RunSettings:
 
     speed_mps: float | None = None
     stop_within_m: float = 0.5
+    sees_m: float = 3.0
     look_s: float = 6.0
     poll_s: float = 0.25
     outage_s: float = 3.0

@@ -1,10 +1,12 @@
-"""Tasks in a site: a scenario file whose item types are those with a tag there."""
+"""A site as the place of a run, and tasks in it: a scenario file whose item types are those with a tag there."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from workbench.errors import Unsupported
+from workbench.log_schema.place import Place
 from workbench.planning.scenarios.yaml_files import task_from_file
 from workbench.planning.tasks import AllOf, Task
 from workbench.worlds.house import House
@@ -38,3 +40,8 @@ def session_task() -> Task:
 def delivery_of(site: Site) -> Path:
     """The task file beside a site file."""
     return site.path.parent / "deliver.yaml"
+
+
+def place_of(site: Site) -> Place:
+    """The site as stored in a log."""
+    return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)

@@ -33,6 +33,7 @@ from recorders.spot.run.navigate import LEASE_LOST, WalkEnd, WalkEnding, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
 from recorders.spot.run.operator_requests import SKIPPED, OperatorRequests
 from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.tag_watch import TagWatch
 from recorders.spot.session.foxglove import map_from_odom
 from recorders.spot.tags.detections import TagSighting, place_on_map, robot_detections
 from recorders.spot.tags.item_places import ItemPlaces
@@ -73,6 +74,7 @@ class SpotWorld:
             absent.
         hands: what picks and places. places: where looks have shown items.
         known: contents of containers that are known before the run, from earlier logs.
+        watch: what looks out for tags in passing; None where these do not count.
         localized: where, by which tag and how long ago the robot was last localised; None before.
     """
 
@@ -86,6 +88,7 @@ class SpotWorld:
     at: LocationId | None = None
     known: Contents = field(default_factory=lambda: MappingProxyType({}))
     tell: Callable[[str], None] = field(default=lambda _text: None)
+    watch: TagWatch | None = None
     localized: Localization | None = None
     recording_stop_reason: Callable[[], LiosError | None] = field(default=lambda: None)
     ending: bool = False
@@ -106,11 +109,11 @@ class SpotWorld:
 
     @property
     def travel(self) -> TravelCosts:
-        return self.site.travel
+        return self.site.travel if self.watch is None else self.watch.ways.travel_from(self.at or START)
 
     @property
     def paths(self) -> Paths:
-        return self.site.paths
+        return self.site.paths if self.watch is None else self.watch.ways
 
     def now_ns(self) -> int:
         return self.connection.clock.now_ns()
@@ -124,8 +127,10 @@ class SpotWorld:
     def go_to(
         self, location: LocationId, *, seeking: Collection[ItemType] | None = None
     ) -> ActionDone | ActionRefused:
-        """Go to a location; what the cameras see in passing is recorded, but ends no walk."""
+        """Go to a location; the tag of an item that it looks for, seen in passing, ends the walk."""
         start_ns, walked = self.now_ns(), WalkLog()
+        if self.watch is not None:
+            self.watch.begin(self.at or START, location, seeking)
         self.check_battery()
         if location != self.at:
             self.requests.forget()
@@ -137,9 +142,12 @@ class SpotWorld:
                 ended = WalkEnd(ending=WalkEnding.LOCALIZE, reason="the robot does not know where it is, and stays")
                 continue
             ended = walk(self, location, walked)
-            if ended.ending is WalkEnding.ARRIVED:
-                self.at, end_ns = location, self.now_ns()
-                return ActionDone(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
+            if ended.ending in (WalkEnding.ARRIVED, WalkEnding.SAW_ITEM):
+                turned = ended.ending is WalkEnding.SAW_ITEM
+                seen, stop = ((), None) if self.watch is None else self.watch.end(turned=turned)
+                self.at, end_ns = stop or location, self.now_ns()
+                done = ActionDone(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
+                return replace(done, items_seen=seen, ended_at=stop)
             self.tell(f"On the way to {location}: {ended.reason}")
             if ended.ending is WalkEnding.REFUSED:
                 break
@@ -169,6 +177,8 @@ class SpotWorld:
             self.tell(f"Correction: {', '.join(sorted(there))} in {container}, as the operator says")
         found = tuple(sorted({*self.places.shown_in(container, seen), *there}))
         self.places.settle(container, found)
+        if self.watch is not None:
+            self.watch.know(found)
         by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
         return LookResult(
             start_ns=start_ns,
@@ -183,6 +193,8 @@ class SpotWorld:
         picked = self.hands.pick(item) if self._may_reach() else Picked(result=self._not_opened(), item_remains=True)
         answer = self._handled(start_ns, picked.result)
         if isinstance(answer, ActionRefused):
+            if self.watch is not None and not picked.item_remains:
+                self.watch.forget(item)
             return replace(answer, item_remains=picked.item_remains)
         self.places.moved(item)
         return answer

@@ -99,6 +99,7 @@ class SimulatedState:
         licence: a license_pb2.LicenseInfo.Status.
         arm_stalls: whether arm motions never finish. arm_mishaps: what an arm ran into for want of care, in words.
         grasps_miss: how many of the next grasps close on nothing.
+        no_grasp_from: a point near which no grasp succeeds: from there something is in the way; None for none.
         tag_status: the AprilTagProperties status with which items' tags are reported.
         carry_state: of what is held; a robot without an override does not stow it, and lets go of it when the
             connection breaks off (SDK example arm_grasp_carry_override).
@@ -137,6 +138,7 @@ class SimulatedState:
     released_at: tuple[float, float, float] | None = None
     released_goal: tuple[str, float, float, float] | None = None
     grasps_miss: int = 0
+    no_grasp_from: Point | None = None
     tag_status: world_object_pb2.AprilTagProperties.AprilTagPoseStatus.ValueType = (
         world_object_pb2.AprilTagProperties.STATUS_OK
     )
@@ -241,6 +243,8 @@ class SimulatedState:
         corners = self.way(self.body.pose.point, goal.point)
         if corners is None:
             return None
+        if self.arm_deployed and self.held is None:
+            self.arm_mishaps.append("walked with its arm out")
         number = self.number("walk")
         speed = min(self.body.speed_mps, speed_mps or self.body.speed_mps)
         self.body.go(
@@ -271,6 +275,9 @@ class SimulatedState:
         number = self.number("grasp")
         if self.grasps_miss > 0:
             self.grasps_miss, reachable = self.grasps_miss - 1, []
+        here, blocked = self.body.pose.point, self.no_grasp_from
+        if blocked is not None and np.hypot(here[0] - blocked[0], here[1] - blocked[1]) < 0.5:
+            reachable = []
         self.grasp = Grasp(number=number, began_s=self.body.lived_s, thing=reachable[0] if reachable else None)
         self.arm_deployed, self.gripper_open = True, True
         return number

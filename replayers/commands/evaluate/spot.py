@@ -34,6 +34,12 @@ def spot(
         float, Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")
     ] = 0.03,
     raw: Annotated[bool, Option("--raw/--no-raw", help="Also log bosdyn's messages as received.")] = True,
+    sees: Annotated[
+        float,
+        Option(
+            "--sees", min=0, max=20, help="Metres from which tags count that are seen in passing; 0 for not at all."
+        ),
+    ] = 3.0,
     miss_rate: Annotated[
         float | None,
         Option(
@@ -79,6 +85,7 @@ def spot(
             seed=seed,
             images_hz=images_hz,
             raw=raw,
+            sees_m=sees,
             miss_rate=miss_rate,
             force=force,
         )

@@ -127,24 +127,33 @@ class BoundSearch:
         node, cost, way = self._tree.root, 0.0, list[Node]()
         while node in self._followed:
             way.append(node)
-            segment = self._tree.advance(node)
-            if segment.unobserved is None or not self._may_expand(node):
+            branches = self._branches(node)
+            if not branches:
                 break
-            cost += segment.cost
-            node = self._tree.child(node, self._choice(node, segment.unobserved, side, cost))
+            behind, node = self._choice(branches, side, cost)
+            cost += behind
         self._expand(node)
         for passed in reversed(way):
             self._update_from_children(passed)
 
-    def _choice(self, node: Node, unobserved: UnobservedLook, side: Side | None, cost: float) -> Answer:
-        """The answer whose branch decides an end of the root's interval."""
-        below = {a: self._intervals[node.children[a]] for a in unobserved.options}
-        left = [a for a in unobserved.options if not below[a].spent]
-        among = left or list(unobserved.options)
+    def _branches(self, node: Node) -> list[tuple[float, Node]]:
+        """The nodes after a node, each with the cost from it: by what its look shows, and by a tag that is seen in
+        passing before."""
+        if not self._may_expand(node):
+            return []
+        segment = self._tree.advance(node)
+        options = () if segment.unobserved is None else segment.unobserved.options
+        looked = [(segment.cost, self._tree.child(node, answer)) for answer in options]
+        return [*looked, *self._tree.seen_in_passing(node)]
+
+    def _choice(self, branches: list[tuple[float, Node]], side: Side | None, cost: float) -> tuple[float, Node]:
+        """The branch that decides an end of the root's interval."""
+        left = [(behind, node) for behind, node in branches if not self._intervals[node].spent]
+        among = left or branches
         if side == "low":
-            return min(among, key=lambda a: below[a].lower(cost, self._failure))
+            return min(among, key=lambda b: self._intervals[b[1]].lower(cost + b[0], self._failure))
         if side == "high":
-            return max(among, key=lambda a: below[a].upper(cost, self._failure))
+            return max(among, key=lambda b: self._intervals[b[1]].upper(cost + b[0], self._failure))
         return among[0]
 
     def _expand(self, node: Node) -> None:
@@ -158,45 +167,44 @@ class BoundSearch:
         if not self._may_expand(node):
             before.spent = True
             return
-        segment = self._tree.advance(node)
-        unobserved = segment.unobserved
-        if unobserved is None:
-            self._intervals[node] = CostInterval.at_end(segment.cost, done=segment.done)
-        else:
+        unobserved = self._tree.advance(node).unobserved
+        if unobserved is not None:
             looks = unobserved.walk is None
             self._is_straight = self._is_straight and not (looks and self._most.nothing_missing(unobserved.knowledge))
-            for answer in unobserved.options:
-                child = self._tree.child(node, answer)
-                if child not in self._intervals:
-                    interval = self._outside.interval(child.knowledge, walking=child.walk is not None)
-                    interval.narrow_to(before, behind=segment.cost)
-                    self._intervals[child] = interval
-                    self._parents[child] = node
-                    most = interval.upper(child.cost, self._failure)
-                    if most > self._largest + NEAR_COST:
-                        self._waiting[child] = most
-                    if self._tree.traits.plans_shortest and self._most.nothing_missing(child.knowledge):
-                        self._known[child] = most
-            if unobserved.others:
-                others = self._outside.interval(unobserved.knowledge, walking=unobserved.walk is not None)
-                others.narrow_to(before, behind=segment.cost)
-                others.spent = True
-                self._others[node] = others
-            self._update_from_children(node)
+        for behind, child in self._branches(node):
+            if child not in self._intervals:
+                interval = self._outside.interval(child.knowledge, walking=child.walk is not None)
+                interval.narrow_to(before, behind=behind)
+                self._intervals[child] = interval
+                self._parents[child] = node
+                most = interval.upper(child.cost, self._failure)
+                if most > self._largest + NEAR_COST:
+                    self._waiting[child] = most
+                if self._tree.traits.plans_shortest and self._most.nothing_missing(child.knowledge):
+                    self._known[child] = most
+        if unobserved is not None and unobserved.others:
+            others = self._outside.interval(unobserved.knowledge, walking=unobserved.walk is not None)
+            others.narrow_to(before, behind=self._tree.advance(node).cost)
+            others.spent = True
+            self._others[node] = others
+        self._update_from_children(node)
         after = self._intervals[node]
         if after.found_high > before.high + NEAR_COST or (after.fails and not before.may_fail):
             self._is_straight = False
 
     def _update_from_children(self, node: Node) -> None:
         """A node's interval from those of its children, no wider than before."""
-        segment = self._tree.advance(node)
-        unobserved = segment.unobserved
-        if unobserved is None or not self._may_expand(node):
+        if not self._may_expand(node):
             return
-        cost = segment.cost
-        below = [self._intervals[node.children[a]] for a in unobserved.options]
-        below += [self._others[node]] if unobserved.others else []
-        interval = CostInterval.over(below, cost)
+        segment = self._tree.advance(node)
+        below = [CostInterval.over([self._intervals[child]], behind) for behind, child in self._branches(node)]
+        if segment.unobserved is None:
+            ended = CostInterval.at_end(segment.cost, done=segment.done)
+            self._intervals[node] = CostInterval.over([ended, *below], 0.0) if below else ended
+            return
+        if segment.unobserved.others:
+            below.append(CostInterval.over([self._others[node]], segment.cost))
+        interval = CostInterval.over(below, 0.0)
         interval.narrow_to(self._intervals[node])
         self._intervals[node] = interval
 
@@ -217,9 +225,34 @@ class BoundSearch:
 
         node, cost = self._tree.root, 0.0
         whole = self._intervals[node]
-        if not whole.fails and whole.found_low == inf:
+        if (not whole.fails and whole.found_low == inf) or self._by_tags(side):
             return None
         return self._tree.follow(choose)
+
+    def _by_tags(self, side: Side) -> bool:
+        """Whether the least, or the greatest, cost found is that of a run in which a tag was seen in passing: such a
+        run is in no assignment of contents alone."""
+        sign = 1.0 if side == "low" else -1.0
+        node, cost = self._tree.root, 0.0
+        while True:
+            sighted = self._tree.seen_in_passing(node) if self._may_expand(node) else ()
+            segment = self._tree.advance(node)
+            if segment.unobserved is None:
+                own = cost + segment.cost if segment.done else self._failure
+                return any(sign * self._found(side, child, cost + behind) < sign * own for behind, child in sighted)
+            looked = [(segment.cost, node.children[answer]) for answer in segment.unobserved.options]
+            branches = [(sign * self._found(side, child, cost + behind), behind, child) for behind, child in looked]
+            least, behind, child = min(branches, key=lambda b: b[0])
+            if any(sign * self._found(side, other, cost + more) < least for more, other in sighted):
+                return True
+            node, cost = child, cost + behind
+
+    def _found(self, side: Side, node: Node, cost: float) -> float:
+        """The least, or the greatest, cost found of runs through a node."""
+        interval = self._intervals[node]
+        if side == "low":
+            return interval.least_found(cost, self._failure)
+        return interval.largest_found(cost, self._failure)
 
     def _world_groups(self) -> Iterator[WorldGroup]:
         """The bounds of the cost for each group of worlds."""
@@ -268,7 +301,8 @@ class BoundSearch:
         if not whole.whole and not straight:
             upper = inf
             lower = min(lower, failure)
-        groups = tuple(islice(self._world_groups(), MAX_WORLD_GROUPS + 1))
+        by_tags = any(self._tree.seen_in_passing(node) for node in self._followed if self._may_expand(node))
+        groups = () if by_tags else tuple(islice(self._world_groups(), MAX_WORLD_GROUPS + 1))
         above = Proof.NONE if upper == inf else Proof.STRAIGHT
         return Bounds(
             lower=least if least - lower <= NEAR_COST else lower,

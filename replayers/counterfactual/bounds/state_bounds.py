@@ -8,6 +8,7 @@ over one log that reach the same state share them.
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
 from math import inf
 from typing import final
 
@@ -36,10 +37,13 @@ class StateBounds:
 
     def __init__(self, evidence: Evidence, relevance: Relevance, traits: SearchTraits = UNKNOWN) -> None:
         self.least = LowerBound(evidence, relevance)
+        if evidence.tags is not None:  # after a stop for a tag the next look is not the nearest to a container
+            traits = replace(traits, nearest_first=False)
         self.most = UpperBound(evidence, traits)
         chains = traits == SearchTraits(nearest_first=True, empty_handed=True, plans_shortest=True)
         self._chains = NearestFirstBound(evidence, relevance) if chains else None
         self._sees = evidence.passing is not None
+        self._stops = evidence.tags is not None
         self._types = goal_types(evidence.task.goal)
         self._misses_left = evidence.misses_left
         self._searchable = (*evidence.contents, *evidence.open, *evidence.refused_searches)
@@ -63,6 +67,8 @@ class StateBounds:
         if self._sees:
             return low, self.most.seeing(knowledge, walking=walking), self.least.certainly_possible(knowledge)
         high = self.most.direct_route_bound(knowledge)
+        if self._stops:
+            high += self.most.detours(knowledge)
         if self._chains is not None:
             high = min(high, self._chains.remaining_cost(knowledge))
         return low, high, self.least.certainly_possible(knowledge)

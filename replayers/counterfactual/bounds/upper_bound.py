@@ -113,6 +113,24 @@ class UpperBound:
             legs = min(legs, into + fetched)
         return legs + self._costs.search * len(looks) + carried
 
+    def detours(self, knowledge: Knowledge) -> float:
+        """What a robot that stops for tags seen in passing walks besides, from a state on.
+
+        A way to a container that is abandoned for an item costs no more than going on to that container and from
+        there to what comes next (triangle inequality): two legs more. It makes an item known that a part lacked, and
+        so happens at most once a part.
+        """
+        left = self._unmet_parts(knowledge)
+        if self._all_known(left, knowledge):
+            return 0.0
+        return 2 * len(left) * float(self._metres.max(initial=0.0))
+
+    def shortest_route(self, knowledge: Knowledge) -> float | None:
+        """The remaining cost of a strategy that plans shortest, where it knows all that is needed; None elsewhere."""
+        if not self._traits.plans_shortest or not self.fits_straight:
+            return None
+        return self._known_route(self._unmet_parts(knowledge), knowledge)
+
     def seeing(self, knowledge: Knowledge, *, walking: bool) -> float:
         """For strategies that go straight with a robot that sees in passing, from a state on.
 
@@ -156,7 +174,7 @@ class UpperBound:
         """The cost of the cheapest order of deliveries, each straight from where an instance stands; what is in hand
         is brought first. None where something is missing, or where that is not what is left to do."""
         types = [part.item_type for part in left if isinstance(part, Delivered) and part.at in self._index]
-        held, here = knowledge.holding, self._index.get(knowledge.robot_at)
+        held, here = knowledge.holding, travel_row(knowledge, self._index, self._metres)
         if len(types) < len(left) or len(set(types)) < len(types) or len(types) > MAX_ORDERED or here is None:
             return None
         if not self._all_known(left, knowledge) or (held is not None and held.type not in types):
@@ -169,14 +187,14 @@ class UpperBound:
         for order in permutations(range(len(left))):
             if in_hand is not None and order[0] != in_hand:
                 continue
-            cost, at = 0.0, here
+            cost, start = 0.0, here
             for part in order:
                 end = ends[part]
                 if part == in_hand:
-                    cost += float(metres[at, end]) + handle
+                    cost += float(start[end]) + handle
                 else:
-                    cost += min(float(metres[at, site] + metres[site, end]) for site in stand[part]) + 2 * handle
-                at = end
+                    cost += min(float(start[site] + metres[site, end]) for site in stand[part]) + 2 * handle
+                start = metres[end]
             least = min(least, cost)
         return least
 

@@ -9,8 +9,7 @@ import pytest
 
 from recorders.run_identity import Driver, run_info
 from recorders.run_recorder import RunRecorder
-from recorders.spot.run.run import place_of
-from recorders.spot.run.site_tasks import delivery_of, site_task
+from recorders.spot.run.site_tasks import delivery_of, place_of, site_task
 from recorders.spot.session.inferred_actions import ActionDeriver
 from recorders.spot.session.look_findings import LookFinding
 from replayers.counterfactual.evidence import evidence_of

@@ -23,6 +23,7 @@ from recorders.spot.run.world import SpotWorld
 from recorders.spot.simulated.faults import FaultKind
 from recorders.spot.simulated.services.server import SimulatedSpot
 from workbench.worlds.house import ContainerId, ItemId, LocationId
+from workbench.worlds.sites.paths import SiteNavigation, other_standing_poses
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult
 
 CARRIABLE_AND_STOWABLE = robot_state_pb2.ManipulatorState.CARRY_STATE_CARRIABLE_AND_STOWABLE
@@ -97,11 +98,14 @@ def test_a_grasp_that_failed_is_tried_from_other_sides() -> None:
             return real(request, **how)
 
         client.manipulation_api_command = take
-        world.operator, spot.state.grasps_miss = AgreeingOperator(), 2
+        helper = world.operator = AgreeingOperator()
+        spot.state.grasps_miss = 4
         assert isinstance(world.pick(item), ActionDone)
-    as_it_likes, above, level = sides
+        assert len(helper.asked) == 1
+    as_it_likes, above, *elsewhere, level = sides
     assert as_it_likes is None
     assert above == (0.0, 0.0, -1.0)
+    assert elsewhere == [None, None], "from two other standing places, before the helper is asked"
     assert level is not None
     assert level[2] == 0.0
     assert hypot(level[0], level[1]) == pytest.approx(1.0)
@@ -133,11 +137,37 @@ def test_grasps_that_fail_are_failed_grasps_and_no_absent_item() -> None:
         answer = world.pick(item)
         assert isinstance(answer, ActionRefused)
         assert answer.item_remains
-        assert [line.split(" of ")[0] for line in told] == ["Grasp 1", "Grasp 2"]
+        assert sum(line.startswith("Grasp ") for line in told) == 4
         helper = AgreeingOperator()
-        world.operator, spot.state.grasps_miss = helper, 2
-        assert isinstance(world.pick(item), ActionDone), "a third time, after the helper turned it"
+        world.operator, spot.state.grasps_miss = helper, 9
+        assert isinstance(world.pick(item), ActionRefused)
         assert "Turn it" in helper.asked[0]
+
+
+def test_a_grasp_that_fails_from_one_standing_place_is_tried_from_another() -> None:
+    """Nobody helps: from where it stands something is in the way, and from the other side the item is in reach."""
+    with _at_an_item() as (spot, _, world, item):
+        stood = spot.state.no_grasp_from = spot.state.body.pose.point
+        container = world.plan.container(ContainerId(str(world.at)))
+        ways = world.site.ways
+        assert isinstance(ways, SiteNavigation)
+        others = other_standing_poses(ways, world.plan, container, stood)
+        assert all(ways.free[ways.grid.cell_at(pose.point)] for pose in others), "no collision by the map"
+        assert isinstance(world.pick(item), ActionDone)
+        here = spot.state.body.pose.point
+        assert hypot(here[0] - stood[0], here[1] - stood[1]) > 0.5
+        assert any(hypot(here[0] - pose.x_m, here[1] - pose.y_m) < 0.2 for pose in others)
+        assert spot.state.arm_mishaps == [], "it walked there with its arm stowed"
+        assert isinstance(world.place(item), ActionDone)
+
+
+def test_where_there_is_no_way_to_another_standing_place_the_helper_is_asked() -> None:
+    with _at_an_item() as (spot, _, world, item):
+        spot.state.no_grasp_from = spot.state.body.pose.point
+        spot.inject(FaultKind.STUCK)
+        answer = world.pick(item)
+        assert isinstance(answer, ActionRefused)
+        assert answer.item_remains, "it is never lost"
 
 
 @pytest.mark.parametrize("status", ["STATUS_AMBIGUOUS", "STATUS_HIGH_ERROR"])

@@ -98,15 +98,25 @@ class PassingWays:
     Args:
         travel: travel costs between all locations.
         radius_m: how far the robot sees, in metres.
+        containers: those that can be seen in passing; None for open furniture.
 
     Raises:
         BadValue: no sight radius.
     """
 
-    def __init__(self, plan: FloorPlan, travel: TravelCosts, ways: Ways, radius_m: float) -> None:
+    def __init__(
+        self,
+        plan: FloorPlan,
+        travel: TravelCosts,
+        ways: Ways,
+        radius_m: float,
+        *,
+        containers: Collection[ContainerId] | None = None,
+    ) -> None:
         self.radius_m = radius_m
         self._lines = LinesOfSight(plan, radius_m)
-        self._open = tuple(c for c in self._lines.open if travel.reaches(LocationId(c.id)))
+        visible = self._lines.open if containers is None else [c for c in plan.containers if c.id in containers]
+        self._open = tuple(c for c in visible if travel.reaches(LocationId(c.id)))
         self._travel = replace(travel, sight=self)
         self._ways = ways
         self._travels: dict[LocationId, TravelCosts] = {}
@@ -133,7 +143,7 @@ class PassingWays:
         if stop is None:
             return self._travel
         if location not in self._travels:
-            self._travels[location] = _with_point(self._travel, location, self._ways.metres_from(stop.point))
+            self._travels[location] = with_point(self._travel, location, self._ways.metres_from(stop.point))
         return self._travels[location]
 
     def at_start(self) -> tuple[Sighting, ...]:
@@ -163,7 +173,7 @@ class PassingWays:
     def metres_from_view(self, a: LocationId, b: LocationId) -> Floats | None:
         """Metres from where b comes into view on the way from a to every location; None for nowhere (Sight)."""
         view = next((s for s in self.along(a, b) if s.container == b), None)
-        return None if view is None else self.travel_from(_stop_at(view.viewpoint)).metres[-1, :-1]
+        return None if view is None else self.travel_from(stop_at(view.viewpoint)).metres[-1, :-1]
 
     def walk(
         self,
@@ -204,7 +214,7 @@ class PassingWays:
         if stop is None:
             return Walk(end=b, metres=metres, path=path, seen=tuple(seen))
         return Walk(
-            end=_stop_at(stop.viewpoint),
+            end=stop_at(stop.viewpoint),
             metres=stop.along_m,
             path=_up_to(path, stop.along_m, stop.viewpoint.point),
             seen=tuple(seen),
@@ -220,14 +230,14 @@ class PassingWays:
     def _found_along(self, way: Sequence[Point], end: Pose | None) -> tuple[Sighting, ...]:
         left = list(self._open)
         seen: list[Sighting] = []
-        for pose, along_m in _poses(way, end):
+        for pose, along_m in poses_along(way, end):
             now = [c for c in left if self._lines.sees(c, pose.point)]
             seen += [Sighting(container=c.id, viewpoint=pose, along_m=along_m) for c in now]
             left = [c for c in left if c not in now]
         return tuple(seen)
 
 
-def _stop_at(pose: Pose) -> LocationId:
+def stop_at(pose: Pose) -> LocationId:
     """The location of a stop, named by its coordinates to the millimetre."""
     return LocationId(f"{ON_THE_WAY}|{pose.x_m:.3f}|{pose.y_m:.3f}")
 
@@ -241,7 +251,7 @@ def passing_ways(plan: FloorPlan, travel: TravelCosts, ways: Ways, radius_m: flo
     return PassingWays(plan, travel, ways, radius_m) if checked_radius(radius_m) else None
 
 
-def _with_point(travel: TravelCosts, location: LocationId, row: Floats) -> TravelCosts:
+def with_point(travel: TravelCosts, location: LocationId, row: Floats) -> TravelCosts:
     """Travel costs with one more location, the last."""
     n = len(travel.locations)
     metres = np.zeros((n + 1, n + 1))
@@ -255,7 +265,7 @@ def _with_point(travel: TravelCosts, location: LocationId, row: Floats) -> Trave
     )
 
 
-def _poses(way: Sequence[Point], end: Pose | None) -> Iterator[tuple[Pose, float]]:
+def poses_along(way: Sequence[Point], end: Pose | None) -> Iterator[tuple[Pose, float]]:
     """Poses along a way, a cell apart and the corners among them, each with the metres before it."""
     walked = 0.0
     for a, b in pairwise(way):

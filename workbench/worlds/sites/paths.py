@@ -26,6 +26,8 @@ Cell = tuple[int, int]
 REACH_M = 1.2
 """Largest distance in metres of a container's edge from the nearest free cell; beyond it, the container is
 unreachable."""
+APART_M, OTHERS = 0.7, 2
+"""How far another standing place at a container is from those before, in metres, and how many of them are found."""
 SNAP_M = 0.6
 """Largest distance in metres of a surveyed pose from the nearest free cell, since maps and surveys differ by some
 cells."""
@@ -105,6 +107,29 @@ def find_ways(
             unreachable=tuple(c.id for c in plan.containers if c.id not in reached),
         ),
     )
+
+
+def other_standing_poses(
+    ways: SiteNavigation, plan: FloorPlan, container: Container, here: Point
+) -> tuple[Pose, ...]:
+    """Other poses at a container than where the robot stands, best first: on free floor of the container's room, each
+    APART_M from the others, and with a way to it.
+
+    Args:
+        here: where the robot stands.
+    """
+    rooms = room_labels(plan, ways.grid)
+    free = ways.free & (rooms == next(i for i, room in enumerate(plan.rooms) if room.id == container.room))
+    x, y = ways.grid.axes()
+    found: list[Pose] = []
+    while len(found) < OTHERS:
+        for at in (here, *(pose.point for pose in found[-1:])):
+            free &= np.hypot(x[None, :] - at[0], y[:, None] - at[1]) >= APART_M
+        pose = _approach(ways.grid, free, container)
+        if pose is None:
+            break
+        found.append(pose)
+    return tuple(pose for pose in found if ways.path_between(here, pose.point) is not None)
 
 
 def nearest_free(grid: OccupancyGrid, free: Bools, point: Point) -> Cell | None:
