@@ -38,6 +38,9 @@ def run_events(timeline: Timeline, notes: Sequence[RunNote]) -> tuple[RunEvent, 
             found = wanted_words(timeline, seen.items)
             words = f"{place_words(seen.container)}: {len(seen.items)} items{', ' + found if found else ''}"
             events.append(RunEvent(stamp_ns=seen.stamp.ns, kind="search", words=words))
+    for sighting in timeline.run.sightings:
+        words = f"{place_words(sighting.container)}: {wanted_words(timeline, (sighting.item,))} in passing"
+        events.append(RunEvent(stamp_ns=sighting.stamp.ns, kind="search", words=words))
     for action in timeline.actions:
         if not action.success:
             events.append(RunEvent(stamp_ns=action.stamp.ns, kind="refused", words=describe(action)))

@@ -232,7 +232,6 @@ def evidence_of(run: Run) -> Evidence:
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
     known = _known_at_start(run, contents)
     contents, corrections, corrected = with_corrections(contents, known, run)
-    odd = (*corrected, *odd)
     return Evidence(
         path=str(run.path),
         sha256=run.sha256,
@@ -266,14 +265,7 @@ def evidence_of(run: Run) -> Evidence:
         seen_on_moves=seen_on_moves(run.sightings, run.actions),
         seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
-        notes=(
-            *_gap_notes(run, gaps, len(seen)),
-            *_imagined(imputed),
-            *told,
-            *((TAGS_NOTE,) if SETTING in run.settings else ()),
-            *odd,
-            *strange,
-        ),
+        notes=(*_notes(run, gaps, len(seen), imputed), *told, *corrected, *odd, *strange),
     )
 
 
@@ -326,6 +318,12 @@ def _is_certain(seen: Observation, gaps: Gaps) -> bool:
         return True
     late = gaps.actions_after_ns is not None and seen.stamp.ns > gaps.actions_after_ns
     return not late and seen.container not in gaps.not_looked
+
+
+def _notes(run: Run, gaps: Gaps, used: int, imputed: tuple[ContainerId, ...]) -> tuple[str, ...]:
+    """The notes on what is missing, imagined, or open on every way; of the observations, so many are used."""
+    turns = (TAGS_NOTE,) if SETTING in run.settings else ()
+    return (*_gap_notes(run, gaps, used), *_imagined(imputed), *turns)
 
 
 def _gap_notes(run: Run, gaps: Gaps, used: int) -> tuple[str, ...]:

@@ -272,7 +272,15 @@ class Ghosts:
 
 def _what_matters(run: Run) -> tuple[object, ...]:
     """How much of a run a replay goes by there is; a robot's pictures and poses leave it as it is."""
-    events = (run.observations, run.answers, run.beliefs, run.plans, run.actions, run.corrections)
+    events = (
+        run.observations,
+        run.sightings,
+        run.answers,
+        run.beliefs,
+        run.plans,
+        run.actions,
+        run.corrections,
+    )
     return (*map(len, events), run.outcome, run.closed, len(run.damage))
 
 

@@ -19,7 +19,14 @@ from replayers.mcap_io.integrity import damages_behind
 from replayers.mcap_io.scan import Damage
 from replayers.runs.run import Run, read
 from workbench.errors import LiosError
-from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, Observation, PlanComputed
+from workbench.log_schema.events import (
+    TOPIC_OF,
+    ActionFinished,
+    BeliefUpdate,
+    ItemSighting,
+    Observation,
+    PlanComputed,
+)
 from workbench.message_enum import MessageEnum, Result
 from workbench.tolerances import NEAR_LOGGED_SUM
 from workbench.worlds.house import LocationId
@@ -213,6 +220,7 @@ def _only_end_lost(run: Run) -> bool:
     events = {
         ActionFinished: run.actions,
         BeliefUpdate: run.beliefs,
+        ItemSighting: run.sightings,
         Observation: run.observations,
         PlanComputed: run.plans,
     }

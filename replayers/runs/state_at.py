@@ -9,8 +9,9 @@ import numpy as np
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Belief
 from workbench.errors import NotFound
-from workbench.log_schema.events import ActionFinished, BeliefUpdate, SeenItem
+from workbench.log_schema.events import ActionFinished, BeliefUpdate, ItemSighting, SeenItem
 from workbench.log_schema.sight_json import sight_from_settings
+from workbench.log_schema.tags_in_passing_json import tags_from_settings
 from workbench.planning.actions import BY_NAME, facts_after
 from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import View
@@ -75,17 +76,23 @@ def moment_of(run: Run, decision: int) -> Moment:
 
 def _knowledge_before(run: Run, decision: int) -> Knowledge:
     knowledge = Knowledge(plan=run.place.plan, travel=run.place.travel)
-    ways = passing_ways(run.place.plan, run.place.travel, run.place.paths(), sight_from_settings(run.settings))
+    place = run.place
+    sees = passing_ways(place.plan, place.travel, place.paths(), sight_from_settings(run.settings))
+    ways = sees or tags_from_settings(run.settings, place)
     for observation in run.observations:
         if observation.known_at_start:
             knowledge = knowledge.seen(ContainerId(observation.container), _items(observation.items), in_run=False)
     events = [(o.stamp.ns, 1, o) for o in run.observations if not o.known_at_start and o.decision < decision]
+    events += [(s.stamp.ns, 1, s) for s in run.sightings if s.decision < decision]
     events += [(a.stamp.ns, 0, a) for a in run.actions if a.decision < decision]
     for _, _, event in sorted(events, key=lambda entry: entry[:2]):
         if isinstance(event, ActionFinished):
             knowledge = _after_action(knowledge, event)
             if ways is not None:
                 knowledge = replace(knowledge, travel=ways.travel_from(knowledge.robot_at))
+        elif isinstance(event, ItemSighting):
+            (item,) = _items((event.item,))
+            knowledge = knowledge.sighted(ContainerId(event.container), item)
         else:
             knowledge = knowledge.seen(ContainerId(event.container), _items(event.items))
     return knowledge

@@ -65,6 +65,15 @@ def _moves(timeline: Timeline) -> tuple[_Move, ...]:
         for seen in timeline.run.observations
         if ContainerId(seen.container) in index
     ]
+    moves += [
+        _Move(
+            stamp_ns=seen.stamp.ns,
+            items=((seen.item.id, seen.item.type),),
+            container=index[ContainerId(seen.container)],
+        )
+        for seen in timeline.run.sightings
+        if ContainerId(seen.container) in index
+    ]
     for action in timeline.actions:
         if action.success and action.action in ("pick", "place"):
             held = action.action == "pick"

@@ -26,6 +26,8 @@ Position = tuple[float, float, float]
 ARM_MOVE_S = 2.5
 HAND_MPS, HAND_RADPS = 0.5, 1.5
 """Speed limits of the hand in metres and radians per second."""
+CLAW_RADPS, CLAW_NM = 1.0, 2.0
+"""Limits of the gripper where it closes on nothing, in radians per second and newton metres: for fingers in it."""
 AHEAD_M, REACH_M = 0.65, 0.95
 """Distance limits in metres from the body centre to the gripper: far enough to clear the robot's front, and within
 reach of the arm, which is 0.98 m from the shoulder (0.3 m ahead of the centre) and less when raised."""
@@ -65,6 +67,15 @@ def hand_to(position: Position) -> robot_command_pb2.RobotCommand:
     arm.arm_cartesian_command.max_linear_velocity.value = HAND_MPS
     arm.arm_cartesian_command.max_angular_velocity.value = HAND_RADPS
     arm.params.disable_body_force_limiter.value = False
+    return command
+
+
+def close_gripper() -> robot_command_pb2.RobotCommand:
+    """The command that closes the empty gripper, slowly and with little force."""
+    command = RobotCommandBuilder.claw_gripper_close_command()
+    claw = command.synchronized_command.gripper_command.claw_gripper_command
+    claw.maximum_open_close_velocity.value = CLAW_RADPS
+    claw.maximum_torque.value = CLAW_NM
     return command
 
 

@@ -28,6 +28,7 @@ from recorders.spot.run.arm_motion import (
     FLOOR_M,
     ArmOutcome,
     Position,
+    close_gripper,
     command_result,
     grasp_from,
     hand_to,
@@ -278,7 +279,7 @@ class ArmManipulator:
         self._command(hand_to(before))
         if stays:
             return ArmOutcome.STILL_HOLDS.result()
-        self._command(RobotCommandBuilder.claw_gripper_close_command())
+        self._command(close_gripper())
         self._command(RobotCommandBuilder.arm_stow_command())
         return ended
 

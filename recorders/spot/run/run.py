@@ -146,10 +146,9 @@ def run_and_record(
         robot = robot_metadata(connection, operator=run.operator_name, serial=run.log_serial)
         with _recorder(connection, run, setup, output, world=world, force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
-            session.watch, session.show_status = world.watch, run.show_status
-            world.tell = session.words
-            recorder.sink.describe(ROBOT_METADATA, robot)
+            session.watch, session.show_status, world.tell = world.watch, run.show_status, session.words
             world.recording_stop_reason = lambda: recorder.stop_reason
+            recorder.sink.describe(ROBOT_METADATA, robot)
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = RunKeys(world.requests, _sought(run), session.note).press
             try:

@@ -84,6 +84,11 @@ def test_every_arm_command_of_a_pick_and_a_place_has_limits_of_speed_and_force()
         assert 0 < arm.arm_cartesian_command.max_angular_velocity.value <= 1.5
         assert arm.params.HasField("disable_body_force_limiter")
     assert not any(arm.params.disable_body_force_limiter.value for arm in arms)
+    claws = [each.synchronized_command.gripper_command.claw_gripper_command for each in sent]
+    closing = [claw for claw in claws if claw.HasField("trajectory") and claw.trajectory.points[0].point == 0.0]
+    assert len(closing) == 1, "after it let go, on nothing"
+    assert 0 < closing[0].maximum_open_close_velocity.value <= 1.0
+    assert 0 < closing[0].maximum_torque.value <= 2.0
 
 
 def test_a_grasp_that_failed_is_tried_from_other_sides() -> None:

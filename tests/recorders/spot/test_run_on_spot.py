@@ -17,7 +17,10 @@ from recorders.spot.run.run import RobotRun, RunReport, first_decision, run_and_
 from recorders.spot.run.run_settings import RunSettings
 from replayers.runs.run import Run, read
 from workbench.execution.events import Event
+from workbench.log_schema.tags_in_passing_json import tags_from_settings
 from workbench.planning.tasks import AllOf, Delivered, Task
+from workbench.worlds.house import LocationId
+from workbench.worlds.sight.sightings import stop_point
 from workbench.worlds.sites.site import load_site
 
 
@@ -55,7 +58,13 @@ def test_the_papers_delivery_from_log_in_to_lease_returned(tmp_path: Path) -> No
         "/map",
     } <= topics
     moved = [a for a in run.actions if a.action == "move"]
-    planned = [run.place.travel.between(a.origin, a.target) for a in moved]  # type: ignore[arg-type]
+    tags = tags_from_settings(run.settings, run.place)
+    assert tags is not None
+    stops = [a.origin if stop_point(a.target) is None else a.target for a in moved]
+    planned = [
+        tags.travel_from(LocationId(stop)).between(LocationId(a.origin), LocationId(a.target))
+        for stop, a in zip(stops, moved, strict=True)
+    ]
     assert [a.travel_m for a in moved] == pytest.approx(planned, abs=0.8)
 
 
