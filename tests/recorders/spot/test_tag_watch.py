@@ -113,6 +113,7 @@ def test_tags_in_closed_furniture_and_on_ways_that_nobody_knows_do_not_count() -
         assert tag_watch(world, []) is None, "no way is known on which something could come into view"
 
 
+@pytest.mark.ci
 def test_an_unsure_detection_is_not_enough() -> None:
     with robot() as (spot, connection), Control(connection, own_estop=True) as control:
         connection.client("graph-nav-service").set_localization(nav_pb2.Localization(), fiducial_init=2)
