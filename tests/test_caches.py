@@ -61,6 +61,7 @@ class Owner:
     __hash__ = None  # type: ignore[assignment]
 
 
+@pytest.mark.ci
 def test_caches_of_objects_are_apart_and_go_with_them() -> None:
     caches: PerObject[str, int] = PerObject(4)
     one, other = Owner(), Owner()

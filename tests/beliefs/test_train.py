@@ -229,6 +229,7 @@ def test_a_gpu_is_used_when_there_is_one(monkeypatch: pytest.MonkeyPatch) -> Non
     assert chosen_device() == "cpu"
 
 
+@pytest.mark.ci
 def test_the_network_is_trained_on_the_device_that_was_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The "meta" device holds no numbers: what stays elsewhere by mistake cannot be combined with it."""
     from workbench.beliefs.training import fcnn

@@ -244,6 +244,7 @@ def test_a_larger_picture_has_larger_words(tmp_path: Path) -> None:
     assert ImageStat.Stat(differences).mean[0] < 2.0
 
 
+@pytest.mark.ci
 def test_sizes_keep_whole_points() -> None:
     sizes = {(1280, 720): 1.0, (1920, 1080): 1.5, (3840, 2160): 3.0, (1301, 907): 1.0, (640, 360): 1.0}
     assert {size: Framing(width=size[0], height=size[1]).scale for size in sizes} == sizes

@@ -134,6 +134,7 @@ def test_a_choice_goes_before_the_systems_preference_and_stays(browser: Browser,
     page.close()
 
 
+@pytest.mark.ci
 @pytest.mark.browser
 def test_the_offline_page_has_a_scale_and_lists_its_keys(browser: Browser, capsule: str) -> None:
     page = browser.new_page(viewport={"width": 1000, "height": 700})

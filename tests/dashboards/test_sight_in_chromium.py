@@ -84,6 +84,7 @@ def test_the_dashboard_draws_the_sight_and_its_layer_can_be_hidden(browser: Brow
         dashboard.stop()
 
 
+@pytest.mark.ci
 def test_the_offline_page_draws_the_field_of_view_as_the_log_has_it(browser: Browser, tmp_path: Path) -> None:
     timeline = passing()
     write_capsule([timeline], tmp_path / "run.html")

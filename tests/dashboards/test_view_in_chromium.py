@@ -159,6 +159,7 @@ def test_where_runs_part_can_be_jumped_to(page: Page) -> None:
     wait_for_second(page, wanted - 0.01, wanted + 0.01)
 
 
+@pytest.mark.ci
 def test_the_token_is_not_in_the_address_bar_nor_in_reach_of_scripts(page: Page, dashboard: Dashboard) -> None:
     token = str(dashboard.token)
     assert token not in page.evaluate("location.href + document.cookie + document.referrer")

@@ -58,6 +58,7 @@ def test_nothing_is_declared_that_nothing_imports() -> None:
     assert {n for n in _declared() - NOT_BY_IMPORT if IMPORTED_AS.get(n, n) not in imported} == set()
 
 
+@pytest.mark.ci
 def test_nothing_is_imported_that_is_not_declared() -> None:
     declared = {IMPORTED_AS.get(name, name) for name in _declared()}
     assert {name for name in _imported() if name not in declared and COME_ALONG.get(name) not in _declared()} == set()

@@ -24,6 +24,7 @@ def _modules() -> Iterator[tuple[Path, ast.Module]]:
             yield path.relative_to(ROOT), parsed(path)
 
 
+@pytest.mark.ci
 def test_exceptions_named_in_docstrings_exist() -> None:
     known, named = set(dir(builtins)), list[tuple[str, str]]()
     for path, module in _modules():

@@ -121,6 +121,7 @@ def test_the_split_keeps_houses_apart() -> None:
         split_of("valid")
 
 
+@pytest.mark.ci
 def test_the_command_on_the_shipped_houses(capfd: pytest.CaptureFixture[str]) -> None:
     assert run(["evaluate", "belief", "--estimators", "counts,best", "--seen", "0.3", "--json"]) == 0
     answer = json.loads(capfd.readouterr().out)

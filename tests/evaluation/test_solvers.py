@@ -17,6 +17,7 @@ PROBLEM = random_problem(deliver_goal("Mug", "Book", "Pen"), ("Mug", "Book", "Pe
 """Its optimum is 94, and the paper's search pays 116 (test_solvers_agree.py)."""
 
 
+@pytest.mark.ci
 def test_costs_are_over_the_optimum_and_plans_are_validated() -> None:
     rows = list(compare_solvers({"three": [PROBLEM]}, ("sas-blind", "sas-ff-astar2"), budget_s=30))
     assert [(row.solver, row.over_optimum) for row in rows] == [("sas-blind", 1.0), ("sas-ff-astar2", 1.234)]

@@ -38,6 +38,7 @@ def answer(capsys: pytest.CaptureFixture[str], *args: str) -> dict[str, object]:
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.ci
 def test_every_pair_of_house_and_item_is_asked_under_every_policy(
     two_houses: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

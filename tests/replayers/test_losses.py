@@ -143,7 +143,7 @@ def _cuts(data: bytes, numbers: Sequence[int]) -> list[tuple[int, int | None]]:
 @pytest.mark.parametrize(
     ("name", "numbers"),
     [
-        ("find-lios", (1,)),
+        pytest.param("find-lios", (1,), marks=pytest.mark.ci),
         pytest.param("find-lios", (2, 3, 9), marks=pytest.mark.slow),
         pytest.param("spot-home-A", (1, 2, 5), marks=pytest.mark.slow),
     ],

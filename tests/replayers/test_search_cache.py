@@ -138,6 +138,7 @@ def test_a_world_is_told_with_the_whole_order_of_looks(tmp_path: Path) -> None:
     assert max(len(event.made.search_order) for event in told if isinstance(event, PlanMade)) > 1
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("name", ["model-lios", "opt-greedy"])
 def test_a_replay_leaves_nothing_for_the_collector(tmp_path: Path, name: str) -> None:
     """Trees of runs are large; they go when the replay is done, those of searches that are shared with the prepared

@@ -116,6 +116,7 @@ def test_a_simulated_run_is_no_survey_and_leaves_no_file(tmp_path: Path, capsys:
     assert not (tmp_path / "site").exists()
 
 
+@pytest.mark.ci
 def test_a_robot_that_stood_nowhere_leaves_nothing_to_draft(driven: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(site_drafts, "DWELL_S", 3600.0)
     with pytest.raises(NothingToDraft, match="stood nowhere for 3600 s"):

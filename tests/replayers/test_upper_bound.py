@@ -200,6 +200,7 @@ def test_who_plans_shortest_is_known_by_its_solver() -> None:
     assert not plans_shortest(strategy("opt-greedy"), boiled)
 
 
+@pytest.mark.ci
 def test_it_settles_the_upper_bound_of_a_delivery_of_three() -> None:
     """Of some 1,500 states of opt-lios over this log, half hold all that is needed, and need not be followed."""
     prepared = prepare_log(read(Path(__file__).parents[2] / "logs" / "deliver-3.mcap"), ReplaySettings())

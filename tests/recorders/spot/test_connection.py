@@ -129,6 +129,7 @@ def test_a_robot_of_software_3_runs_the_task_without_a_call_that_it_does_not_kno
         assert not any(source.pixel_formats for source in sources)
 
 
+@pytest.mark.ci
 def test_expired_tokens_are_replaced_during_a_run(tmp_path: Path) -> None:
     with robot("expired-tokens@20") as (spot, connection):
         before = connection.robot.user_token

@@ -67,6 +67,7 @@ def test_one_viewpoint_misses_always_the_same_and_all_miss_as_often_as_they_shou
     assert sum(drawn) / 4000 == pytest.approx(1 - chance, abs=0.03)
 
 
+@pytest.mark.ci
 def test_a_robot_that_misses_most_tags_finds_nothing_and_the_same_run_again(tmp_path: Path) -> None:
     logs: list[Path] = []
     for number in range(2):

@@ -40,6 +40,7 @@ def driven(
     return str(report.ended.status), read(log)
 
 
+@pytest.mark.ci
 def test_a_paused_robot_stands_and_walks_on_without_being_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -86,6 +87,7 @@ def test_a_skipped_container_is_refused_and_the_search_goes_on(
     assert refused[0].target not in {o.container for o in run.observations}
 
 
+@pytest.mark.ci
 def test_items_that_the_operator_sees_are_in_the_look_and_noted_and_not_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -109,6 +111,7 @@ def test_items_that_the_operator_sees_are_in_the_look_and_noted_and_not_lost(
     assert all(pick.item_remains for pick in picks), "what a person sees is there, though its tag is not seen"
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("detected", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_the_operators_word_is_no_detection(detected: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A look that shows an item only because the operator says so has missed it."""

@@ -53,6 +53,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.ci
 def test_it_drives_the_robot_and_its_log_replays(mine: Path) -> None:
     log = mine / "run.mcap"
     with robot(configuration="A") as (spot, connection):

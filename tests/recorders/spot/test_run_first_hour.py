@@ -200,6 +200,7 @@ def _fails(*_: object, **__: object) -> None:
     raise ResponseError(None, "no fiducial is seen")
 
 
+@pytest.mark.ci
 def test_things_are_put_down_on_what_the_robot_stands_at(tmp_path: Path) -> None:
     """The bed is 0.55 m high and the body 0.52 m: let go 0.12 m above it."""
     with robot() as (spot, connection):

@@ -79,6 +79,7 @@ def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
     assert told[0] == told[1]
 
 
+@pytest.mark.ci
 def test_a_robot_that_starts_elsewhere_starts_from_there(tmp_path: Path) -> None:
     """The survey says (10, 2.4); configuration D puts the robot at (6, 2.4)."""
     with robot(configuration="D") as (spot, connection):
