@@ -140,7 +140,7 @@ class LoggedWorld:
             return self._walk(self._passing, Move(target=location, seeking=seeking))
         if self._tags is not None and seeking is not None:
             if self._as_recorded and number in self.evidence.seen_on_moves:
-                return self._stopped(self._tags, location, metres, self.evidence.seen_on_moves[number])
+                return self._turned(self._tags, location, metres, self.evidence.seen_on_moves[number])
             before = self.knowledge
             self.moves_to_look.append(MoveToLook(before=before, move=Move(target=location, seeking=seeking)))
         way = self._paths.path(here, location) or ()
@@ -199,22 +199,20 @@ class LoggedWorld:
             ended_at=None if walk.end == move.target else walk.end,
         )
 
-    def _stopped(self, tags: TagsInPassing, location: LocationId, metres: float, seen: SeenOnMove) -> ActionDone:
+    def _turned(self, tags: TagsInPassing, location: LocationId, metres: float, seen: SeenOnMove) -> ActionDone:
         """Go towards a location as far as the robot went when it saw something in passing."""
         here, start = self.knowledge.robot_at, self._now_ns
-        travel = tags.travel_from(seen.end)
-        left_m = 0.0 if seen.end == location else travel.between(seen.end, location) or 0.0
-        walked_m = max(0.0, metres - left_m)
+        points = (p for one in seen.items for p in tags.turning_points(here, location, one.container))
+        walked_m = next((p.walked_m for p in points if p.location == seen.end), metres)
         self._now_ns += self._durations.move_ns(walked_m)
         known = self.knowledge
         for one in seen.items:
             known = known.sighted(one.container, one.item)
-        self.knowledge = replace(known, travel=travel).moved(seen.end)
+        self.knowledge = replace(known, travel=tags.travel_from(seen.end)).moved(seen.end)
         return ActionDone(
             start_ns=start,
             end_ns=self._now_ns,
             travel_m=walked_m,
-            path=tags.path(here, seen.end) or () if seen.end == location else (),
             support=LOGGED,
             items_seen=seen.items,
             ended_at=None if seen.end == location else seen.end,
@@ -327,6 +325,8 @@ class LoggedWorld:
         """What the container holds now: its contents at the start, minus what was taken, plus what was put there."""
         if container in self.knowledge.first_seen:
             return self.knowledge.items_at.get(LocationId(container), ())
+        if self._tags is not None:  # what was seen in passing may have been taken without a look
+            inside = self.knowledge.left_in(container, inside)
         put = self.knowledge.items_at.get(LocationId(container), ())
         ids = {item.id for item in inside}
         return (*inside, *(item for item in put if item.id not in ids))

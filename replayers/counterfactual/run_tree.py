@@ -178,6 +178,7 @@ class RunTree:
         before = segment.unobserved.knowledge
         put = before.items_at.get(LocationId(container), ())
         inside = (*self.evidence.shown_in(container), *self._imputed(answer, container))
+        inside = inside if self.evidence.tags is None else before.left_in(container, inside)
         knowledge = before.seen(container, (*inside, *put))
         steps, picks = node.steps + segment.steps, node.picks + segment.picks
         self.max_picks = max(self.max_picks, picks)
@@ -210,7 +211,7 @@ class RunTree:
                     known = before.sighted(container, item)
                     for turn in points:
                         there = replace(known, travel=tags.travel_from(turn.location)).moved(turn.location)
-                        cost, steps, picks = move.cost + turn.along_m, move.steps + 1, move.picks
+                        cost, steps, picks = move.cost + turn.walked_m, move.steps + 1, move.picks
                         made = Node(
                             knowledge=there,
                             imputed=node.imputed,

@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING
 from replayers.counterfactual.estimates.intervals import finite
 from workbench.evaluation.tasks.experiment import PAPER_STRATEGIES
 from workbench.execution.events import RunEnded
+from workbench.log_schema.events import ActionFinished
 from workbench.log_schema.tags_in_passing_json import tags_from_settings
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ROBOT_COSTS
 from workbench.tolerances import NEAR_COST
-from workbench.worlds.house import LocationId
+from workbench.worlds.house import ContainerId, LocationId
 from workbench.worlds.sight.sightings import stop_point
 from workbench.worlds.sites.configurations import Configuration, configurations_of, site_and_house
 from workbench.worlds.sites.site import Site
@@ -160,17 +161,32 @@ def cost_by_the_matrix(run: Run) -> float:
     outcome = run.outcome
     if outcome is None or outcome.status != "done":
         return outcome.cost if outcome is not None else 0.0
-    total, tags = 0.0, tags_from_settings(run.settings, run.place)
+    total = 0.0
     for action in run.actions:
-        if action.action == "move" and action.success:
-            origin, target = LocationId(action.origin), LocationId(action.target)
-            stop = origin if stop_point(target) is None else target
-            travel = run.place.travel if tags is None else tags.travel_from(stop)
-            walked_m = travel.between(origin, target)
-            total += action.travel_m if walked_m is None else walked_m
-        else:
-            total += action.cost
+        total += _by_the_matrix(run, action) if action.action == "move" and action.success else action.cost
     return total
+
+
+def _by_the_matrix(run: Run, move: ActionFinished) -> float:
+    """The metres of a move by the travel costs, also of one that ended or began at a turn on the way."""
+    tags, origin, target = (
+        tags_from_settings(run.settings, run.place),
+        LocationId(move.origin),
+        LocationId(move.target),
+    )
+    if tags is None or stop_point(target) is None:
+        travel = run.place.travel if tags is None else tags.travel_from(origin)
+        return travel.between(origin, target) or 0.0
+    plan = next(plan for plan in run.plans if plan.decision == move.decision)
+    points = (
+        point
+        for seen in run.sightings
+        if seen.decision == move.decision
+        for point in tags.turning_points(
+            origin, LocationId(plan.search_order[0].container), ContainerId(seen.container)
+        )
+    )
+    return next(point.walked_m for point in points if point.location == target)
 
 
 def _named(known: Mapping[str, Configuration], name: str, site: Site) -> Configuration:

@@ -109,9 +109,9 @@ def sighted_at_start(
         if item.id in looked:
             continue
         found[container] = (*found.get(container, ()), item)
-        if container in contents:
+        if container in contents and item.id not in handled:
             notes[f"{item.id} was seen in {container} in passing; the look into it missed it"] = None
-        else:
+        elif container not in contents:
             there = f"{item.id} was seen in {container} in passing: it stood there at the start"
             notes[f"{there}, and what else lies there is open"] = None
     return found, tuple(notes)

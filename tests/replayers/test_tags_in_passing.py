@@ -18,15 +18,19 @@ from world_with_tags import events_with_tags, record_with_tags, tags_in
 from recorders.simulated_run import Trial, record_trial
 from replayers.batch.verify import verify
 from replayers.certificates.build import NotCertifiable, certificate
-from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.evidence import Evidence, evidence_of
+from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
+from replayers.runs.resume_state import known_from_logs
 from replayers.runs.run import Run, read
 from workbench.execution.loop import outcome_of
+from workbench.log_schema.events import Observation, SeenItem
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import AllOf, Delivered, Task, find_task
 from workbench.worlds.house import START, ContainerId, House, Item, ItemType, LocationId
 from workbench.worlds.sight.tags_in_passing import TagsInPassing
+from workbench.worlds.world import ActionDone, LookResult
 
 PHONE, PLATE = ItemType("CellPhone"), ItemType("Plate")
 FIND = find_task(PHONE, START)
@@ -114,6 +118,41 @@ def test_a_tag_in_passing_is_one_item_and_no_look(tmp_path: Path) -> None:
     assert any("in passing: it stood there at the start" in note for note in evidence.notes)
     assert run.outcome is not None
     assert run.outcome.status == "done"
+
+
+def test_what_was_taken_without_a_look_is_not_there_at_a_later_one(tmp_path: Path) -> None:
+    """Whether the log knows what else lay there, or a world says so."""
+    run = recorded(tmp_path, FIND, "pes-greedy", chance=1.0, seed=0)
+    evidence, phone = prepare_log(run, ReplaySettings(worlds=0)).evidence, item("CellPhone|1")
+    pencil = item("Pencil|1")
+    world = LoggedWorld(evidence, with_ways=False, filling=lambda _, __: (pencil,))
+    world.knowledge = world.knowledge.sighted(DESK, phone)
+    assert isinstance(world.go_to(LocationId(DESK)), ActionDone)
+    assert isinstance(world.pick(phone.id), ActionDone)
+    look = world.look_into(DESK)
+    assert isinstance(look, LookResult)
+    assert look.items == (pencil,)
+
+
+def test_a_look_is_believed_rather_than_a_tag_in_passing(tmp_path: Path) -> None:
+    run = recorded(tmp_path, FIND, "pes-greedy", chance=1.0, seed=0)
+    (seen,) = run.sightings
+    shown = SeenItem(id=seen.item.id, type=seen.item.type)
+    look = Observation(stamp=run.plans[0].stamp, decision=1, container=BED, items=(shown,), robot_at=BED)
+    evidence = evidence_of(replace(run, observations=(*run.observations, look)))
+    assert DESK not in evidence.partly
+    assert [i.id for i in evidence.contents[BED]] == [seen.item.id]
+    assert any("by a look in Bed|2; it is read as standing there" in note for note in evidence.notes)
+
+
+def test_an_interrupted_run_goes_on_by_a_look_where_a_tag_was_seen(tmp_path: Path) -> None:
+    run = recorded(tmp_path, FIND, "pes-greedy", chance=1.0, seed=0)
+    (seen,) = run.sightings
+    acted = tuple(action for action in run.actions if action.stamp <= seen.stamp)
+    before = replace(run, outcome=None, actions=acted, closed=False, complete=False, ended=False)
+    known = known_from_logs([before], run.place.plan, run.place.travel)
+    assert {c: [i.id for i in items] for c, items in known.put.items()} == {seen.container: [seen.item.id]}
+    assert seen.container not in known.known
 
 
 def test_nothing_is_certified_where_tags_in_passing_count(tmp_path: Path) -> None:

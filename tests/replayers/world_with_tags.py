@@ -120,7 +120,7 @@ class WorldWithTags:
                 new = item.type in sought and item.id not in self._known and view.container not in self._looked
                 if new and points and self._rng.random() < self._chance:
                     turn = points[int(self._rng.integers(len(points)))]
-                    return view.container, item, turn.location, turn.along_m
+                    return view.container, item, turn.location, turn.walked_m
         return None
 
 

@@ -161,6 +161,12 @@ class Knowledge:
         there = MappingProxyType({**left, place: (*left.get(place, ()), item)})
         return replace(self, items_at=there, first_seen=first)
 
+    def left_in(self, container: ContainerId, items: tuple[Item, ...]) -> tuple[Item, ...]:
+        """Those of the items that a container held at first which the robot has not taken out of it."""
+        moved = {item.id for at, there in self.items_at.items() if at != container for item in there}
+        moved |= set() if self.holding is None else {self.holding.id}
+        return tuple(item for item in items if item.id not in moved)
+
     def looks(self, container: ContainerId) -> int:
         """How often the container was looked into in this run."""
         return self.visited.count(container)

@@ -32,10 +32,15 @@ several points, EVERY_M apart."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurningPoint:
-    """A point of a way at which a robot turns for what it has seen, and the metres before it."""
+    """A point of a way at which a robot turns for what it has seen.
+
+    Attributes:
+        along_m: metres of the way before it, as it is drawn; walked_m: what they cost, by the travel costs.
+    """
 
     location: LocationId
     along_m: float
+    walked_m: float
 
 
 @final
@@ -110,7 +115,13 @@ class TagsInPassing:
             _, due_m = min(left, key=lambda p: (hypot(p[0].x_m - stand.x_m, p[0].y_m - stand.y_m), p[1]))
             for pose, along_m in left:
                 if along_m >= due_m - ROUNDING:
-                    found.append(TurningPoint(location=stop_at(pose), along_m=along_m))
+                    stop = stop_at(pose)
+                    walked_m = self.travel_from(stop).between(stop, a)
+                    found.append(
+                        TurningPoint(
+                            location=stop, along_m=along_m, walked_m=along_m if walked_m is None else walked_m
+                        )
+                    )
                     due_m = along_m + EVERY_M
         return tuple(found)
 
