@@ -19,7 +19,7 @@ from dashboards.model.scene import STATUSES, Scene, scene_at
 from dashboards.model.timeline import NEVER, Timeline
 from dashboards.palette import Colour
 from dashboards.panels.beliefs import beliefs
-from dashboards.panels.comparison import comparison
+from dashboards.panels.comparison import comparison, divergences
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.now import RunLegend, legend, now
 from dashboards.panels.plan import plan
@@ -144,7 +144,7 @@ def still_panels(clock: Clock, names: list[str]) -> dict[str, Any]:
     chosen = (focus, *items_of(clock.timelines[0]))
     made: dict[str, Any] = {"plots": [plots(clock, names, item) for item in chosen]}
     if len(clock.timelines) > 1:
-        made["comparison"] = comparison(clock, last, names)
+        made["comparison"] = comparison(clock, last, names) + divergences(clock, names)
     return made
 
 

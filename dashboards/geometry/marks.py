@@ -6,7 +6,7 @@ import numpy as np
 
 from dashboards.geometry.solids import unit_mesh
 from dashboards.palette import Colour
-from workbench.arrays import Bools, Floats, Floats32, Uints32
+from workbench.arrays import Bools, Floats, Floats32, Ints, Uints32
 from workbench.tolerances import MIN_LENGTH_M
 from workbench.worlds.geometry import Pose
 
@@ -18,6 +18,8 @@ FRAME_M = 0.07
 """Width of the frame around a place of the goal."""
 MAX_DASHES = 20_000
 MIN_DASH_M = 1e-3
+SAME_M = 1e-3
+"""Ends of segments as close as this count as one place."""
 MAX_SEGMENT_M = 1e7
 """A longer segment is not a path within a place but a damaged number."""
 
@@ -41,6 +43,14 @@ def robot_legs() -> Mesh:
             legs.append(box((x - 0.04, y, 0.28), (0.09, 0.07, 0.26), pitch_rad=0.35))
             legs.append(box((x - 0.05, y, 0.10), (0.05, 0.05, 0.24), pitch_rad=-0.35))
     return merged(*legs, box((0.465, 0.0, 0.43), (0.02, 0.14, 0.09)))
+
+
+def robot_ghost() -> Mesh:
+    """The same robot in a few faces, for runs that are drawn pale: trunk, arm, and legs without their ends."""
+    legs = [box((x - 0.04, y, 0.2), (0.08, 0.06, 0.42)) for x in (0.28, -0.28) for y in (0.15, -0.15)]
+    open_legs = [(vertices, faces[:-4]) for vertices, faces in legs]  # the last four faces are its ends
+    trunk = box((0.03, 0.0, 0.42), (0.86, 0.24, 0.17))
+    return merged(trunk, box((0.40, 0.0, 0.63), (0.42, 0.09, 0.09), pitch_rad=-0.35), *open_legs)
 
 
 def cross() -> Mesh:
@@ -121,10 +131,8 @@ def segments(way: Floats, height_m: float) -> Floats32:
     """A path's corners (m, 2) as line segments at a height, float32 (m - 1, 2, 3)."""
     if len(way) < 2:
         return np.zeros((0, 2, 3), dtype=np.float32)
-    points = np.column_stack([way, np.full(len(way), height_m)])
-    pairs = np.stack([points[:-1], points[1:]], axis=1)
     lengths = np.hypot(*(way[1:] - way[:-1]).T)
-    return pairs[lengths > MIN_LENGTH_M].astype(np.float32)
+    return _pairs(way, height_m)[lengths > MIN_LENGTH_M].astype(np.float32)
 
 
 def path_segments(way: Floats, imputed: Bools, height_m: float) -> Floats32:
@@ -139,24 +147,30 @@ def path_segments(way: Floats, imputed: Bools, height_m: float) -> Floats32:
     return np.concatenate(parts) if parts else segments(way, height_m)
 
 
-def dashes(way: Floats, height_m: float, *, dash_m: float = 0.22, gap_m: float = 0.16) -> Floats32:
-    """A path as dashes, float32 (n, 2, 3).
+def dashes(way: Floats, height_m: float) -> Floats32:
+    """A path as dashes, float32 (n, 2, 3)."""
+    return dashed(_pairs(way, height_m))[0]
+
+
+def dashed(lines: Floats | Floats32, *, dash_m: float = 0.22, gap_m: float = 0.16) -> tuple[Floats32, Ints]:
+    """Level line segments (m, 2, 3) as dashes (n, 2, 3), and which segment each dash is of, (n,).
 
     The phase of the dashes depends on the line that they lie on, not on where the path began: there and back along
-    one line they coincide, where each row would otherwise fill the other's gaps. On a path that would take more than
+    one line they coincide, where each row would otherwise fill the other's gaps. On paths that would take more than
     MAX_DASHES they are longer.
     """
+    ends = np.asarray(lines, dtype=np.float64)
     with np.errstate(over="ignore", invalid="ignore"):
-        lengths = np.hypot(*(way[1:] - way[:-1]).T)
-    kept = (lengths > MIN_LENGTH_M) & (lengths < MAX_SEGMENT_M)
-    start, length = way[:-1][kept], lengths[kept]
-    along = (way[1:][kept] - start) / length[:, None]
+        lengths = np.hypot(*(ends[:, 1, :2] - ends[:, 0, :2]).T)
+    kept = np.flatnonzero((lengths > MIN_LENGTH_M) & (lengths < MAX_SEGMENT_M))
+    start, stop, length = ends[kept, 0, :2], ends[kept, 1, :2], lengths[kept]
+    along = (stop - start) / length[:, None]
     rounded = np.round(along, 6)
     along[(rounded[:, 0] < 0) | ((rounded[:, 0] == 0) & (rounded[:, 1] < 0))] *= -1
     stretch = max(1.0, float(length.sum()) / (dash_m + gap_m) / MAX_DASHES)
     dash, period = dash_m * stretch, (dash_m + gap_m) * stretch
-    ends = np.stack([_dot(start, along), _dot(way[1:][kept], along)])
-    low, high = ends.min(axis=0), ends.max(axis=0)
+    reach = np.stack([_dot(start, along), _dot(stop, along)])
+    low, high = reach.min(axis=0), reach.max(axis=0)
     first = np.floor(low / period)
     count = (np.floor(high / period) - first).astype(np.int64) + 1
     line = np.repeat(np.arange(len(length)), count)
@@ -166,8 +180,21 @@ def dashes(way: Floats, height_m: float, *, dash_m: float = 0.22, gap_m: float =
     seen = stops - begins > MIN_DASH_M
     line, foot = line[seen], start - _dot(start, along)[:, None] * along
     points = [foot[line] + at[:, None] * along[line] for at in (begins[seen], stops[seen])]
-    flat = np.stack(points, axis=1)
-    return np.concatenate([flat, np.full((*flat.shape[:2], 1), height_m)], axis=2).astype(np.float32)
+    return np.concatenate([np.stack(points, axis=1), ends[kept[line], :, 2:]], axis=2).astype(np.float32), kept[line]
+
+
+def uncovered(lines: Floats32) -> Ints:
+    """Which segments (n, 2, 3) have the same two ends on the map as none before them, in order."""
+    ends = np.round(lines[:, :, :2] / SAME_M).astype(np.int64)
+    turned = (ends[:, 0, 0] > ends[:, 1, 0]) | ((ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1]))
+    ends[turned] = ends[turned, ::-1]
+    _, first = np.unique(ends.reshape(len(ends), 4), axis=0, return_index=True)
+    return np.sort(first)
+
+
+def _pairs(way: Floats, height_m: float) -> Floats:
+    points = np.column_stack([way, np.full(len(way), height_m)])
+    return np.stack([points[:-1], points[1:]], axis=1)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

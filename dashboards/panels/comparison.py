@@ -23,7 +23,7 @@ HINTS = {
 
 
 def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown: int = 0) -> Markup:
-    """One row for each run; below, where each other run diverges from the first, with both beliefs.
+    """One row for each run, as it stands at a moment.
 
     Args:
         not_shown: how many more runs were opened than are on show.
@@ -44,11 +44,14 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown
         parts.append(
             html('<p class="muted">{} more of the opened logs not on show; the tab Runs lists all.</p>', not_shown)
         )
-    for i in range(1, len(clock.timelines)):
-        parts.append(_parting(clock, i, names))
-    if len(clock.timelines) == 1:
-        parts.append(Markup('<p class="muted">Overlay more runs in the Runs tab to compare them.</p>'))
     return Markup("").join(parts) + Markup("</div>")
+
+
+def divergences(clock: Clock, names: list[str]) -> Markup:
+    """Where each other run diverges from the first, with both beliefs; the same at every moment."""
+    parts = [_parting(clock, i, names) for i in range(1, len(clock.timelines))]
+    alone = Markup('<p class="muted">Overlay more runs in the Runs tab to compare them.</p>')
+    return html('<div class="lp">{}</div>', Markup("").join(parts) if parts else alone)
 
 
 def _live(value: str, what: str, run: int) -> Markup:

@@ -7,8 +7,8 @@ turns, and medians are printed, with their ratio:
 
 - first picture: from opening the address until the panel is filled and the house is drawn, with three runs;
 - step: from the key of the next decision until the panel shows it and a frame was drawn;
-- frames a second while playing three runs and twenty, all of one place (copies of the three), and how many calls draw
-  a frame;
+- frames that were drawn a second while playing three runs and twenty, the three with copies of them, in turns; the
+  processor milliseconds of server and browser for each; and how many calls draw a frame;
 - the processor seconds of server and browser for each of these, which hardly depend on what else the machine does;
 - memory of the server after one minute of playing at 16 times the speed and after three, and how much it grew.
 """
@@ -39,8 +39,9 @@ from chromium import chromium  # noqa: E402  after the path is set
 from playwright.sync_api import Browser, Page  # noqa: E402
 
 REPEATS, STEPS = int(os.environ.get("LIOS_REPEATS", "3")), 12
-PLAYED_S, MINUTE_S = 5.0, float(os.environ.get("LIOS_MINUTE_S", "60"))
+PLAYED_S, TURNS, MINUTE_S = 5.0, 2, float(os.environ.get("LIOS_MINUTE_S", "60"))
 THREE = [f"find-{name}" for name in ("lios", "greedy", "conditioned-lios")]
+FRAME = "window.__viserTestpoints.rendererInfo.render.frame"
 DRAWS = "window.__viserTestpoints.rendererInfo.render.calls"
 DRAWN = """() => window.__viserTestpoints?.rendererInfo.render.triangles > 2000
   && document.querySelector('canvas[data-engine]')?.clientWidth > 300
@@ -58,12 +59,6 @@ WATCH = """() => new Promise((done) => {
   }, { once: true, capture: true });
   window.took = null;
   done(true);
-})"""
-FRAMES = """(seconds) => new Promise((done) => {
-  let frames = 0; const began = performance.now();
-  const tick = () => { frames += 1; const passed = (performance.now() - began) / 1000;
-    passed < seconds ? requestAnimationFrame(tick) : done(frames / passed); };
-  requestAnimationFrame(tick);
 })"""
 
 
@@ -126,14 +121,17 @@ def step_ms(page: Page) -> float:
     return page.evaluate("window.took")
 
 
-def frame_rate(page: Page) -> float:
-    """Frames a second while playing."""
+def frames_drawn(page: Page, server: psutil.Process) -> tuple[float, float]:
+    """Frames that were drawn a second while playing, and processor milliseconds for each."""
     page.keyboard.press("Home")
     page.keyboard.press("Space")
     page.wait_for_timeout(1000)
-    rate = page.evaluate(FRAMES, PLAYED_S)
+    frame, used_s, began = page.evaluate(FRAME), spent(server), time.perf_counter()
+    page.wait_for_timeout(1000 * PLAYED_S)
+    frames = page.evaluate(FRAME) - frame
+    rate, cost_ms = frames / (time.perf_counter() - began), 1000 * (spent(server) - used_s) / frames
     page.keyboard.press("Space")
-    return rate
+    return rate, cost_ms
 
 
 def measured(browser: Browser, build: Path, logs: list[Path], many: list[Path]) -> dict[str, float]:
@@ -150,15 +148,22 @@ def measured(browser: Browser, build: Path, logs: list[Path], many: list[Path]) 
         steps += [step_ms(page) for _ in range(STEPS // 2)]
         found["step ms"] = median(steps)
         found["step, processor ms"] = 1000 * (spent(server) - before) / STEPS
-        found["frames/s of 3"] = frame_rate(page)
-        found["draw calls of 3"] = page.evaluate(DRAWS)
         page.close()
-    with served(build, many) as (address, _):
-        page, found["first picture of 20 s"], _ = opened(browser, address)
-        page.wait_for_timeout(1500)
-        found["frames/s of 20"] = frame_rate(page)
-        found["draw calls of 20"] = page.evaluate(DRAWS)
-        page.close()
+    rates: dict[int, list[tuple[float, float]]] = {len(logs): [], len(many): []}
+    for shown in (logs, many) * TURNS:
+        with served(build, shown) as (address, server):
+            page, took_s, _ = opened(browser, address, server)
+            page.wait_for_timeout(1500)
+            rates[len(shown)].append(frames_drawn(page, server))
+            found[f"draw calls of {len(shown)}"] = page.evaluate(DRAWS)
+            found[f"first picture of {len(shown)} s"] = took_s
+            page.close()
+    for count, made in rates.items():
+        found[f"frames/s of {count}"], found[f"processor ms a frame of {count}"] = (
+            median(values) for values in zip(*made, strict=True)
+        )
+    found["frames/s, share of 20 in 3"] = found["frames/s of 20"] / found["frames/s of 3"]
+    found["the same by processor time"] = found["processor ms a frame of 3"] / found["processor ms a frame of 20"]
     return found
 
 
@@ -197,7 +202,7 @@ def main() -> None:
     for figure in turns["this"][0]:
         values = {name: median(turn[figure] for turn in made) for name, made in turns.items()}
         ratio = f"  ratio {values['this'] / values['baseline']:.2f}" if "baseline" in values else ""
-        print(f"{figure:28}" + "  ".join(f"{name} {value:8.2f}" for name, value in values.items()) + ratio)
+        print(f"{figure:30}" + "  ".join(f"{name} {value:8.2f}" for name, value in values.items()) + ratio)
     for name, (first, second) in memory.items():
         print(f"memory of {name}: {first:.0f} MB after a minute, {second:.0f} MB after three")
 

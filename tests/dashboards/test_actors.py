@@ -81,21 +81,47 @@ def test_the_legend_tells_of_a_mark_that_a_ghost_left() -> None:
     assert "◆" in legend(scene, RunLegend(ended=True))
 
 
-def test_however_many_ghosts_are_four_objects_in_their_colours() -> None:
-    ghost = scene_at(OTHER, ns(8.0))
+def test_however_many_ghosts_are_three_objects_in_their_colours() -> None:
+    ghost, apart = scene_at(OTHER, ns(8.0)), scene_at(OTHER, ns(7.0))
     stand = Stand()
     actors = Actors(stand)  # type: ignore[arg-type]
     for count in (2, 20):
         actors.set_runs([(255, 0, 0), *[(0, 0, 255)] * (count - 1)], ["run"] * count, [True] * count)
-        assert len(stand.nodes) == 8
-    actors.show([scene_at(OURS, ns(8.0)), *[ghost] * 19], ())
+        assert len(stand.nodes) == 7
+    actors.show([scene_at(OURS, ns(8.0)), ghost, apart], ())
     bodies, trails = stand.nodes["/runs/ghosts/bodies"], stand.nodes["/runs/ghosts/trails"]
-    assert len(bodies.batched_positions) == 19
-    assert np.allclose(bodies.batched_positions[:, :2], (ghost.robot.x_m, ghost.robot.y_m))
-    assert bodies.batched_colors.tolist() == [[0, 0, 255]] * 19
-    assert trails.points.shape[1:] == (2, 3)
-    assert trails.colors.shape == (*trails.points.shape[:2], 3)
+    assert np.allclose(bodies.batched_positions[0, :2], (ghost.robot.x_m, ghost.robot.y_m))
+    assert bodies.batched_colors.tolist() == [[0, 0, 255]] * 2
+    assert len(trails.batched_positions) == len(trails.batched_colors) > 0
     assert len(stand.nodes["/runs/focus/bodies"].batched_positions) == 1
+
+
+def test_ghosts_that_would_be_drawn_through_another_robot_are_not_drawn() -> None:
+    """At 8 s ours stands elsewhere than the two others; where one of those is in focus, no ghost is left but ours."""
+    ours, ghost = scene_at(OURS, ns(8.0)), scene_at(OTHER, ns(8.0))
+    stand = Stand()
+    actors = Actors(stand)  # type: ignore[arg-type]
+    actors.set_runs([(0, 0, 0), (1, 1, 1), (2, 2, 2)], ["a", "b", "c"], [True] * 3)
+    bodies, trails = (stand.nodes[f"/runs/ghosts/{name}"] for name in ("bodies", "trails"))
+    actors.show([ours, ghost, ghost], ())
+    alone = len(trails.batched_positions)
+    assert len(bodies.batched_positions) == 1
+    actors.set_runs([(0, 0, 0), (1, 1, 1)], ["a", "b"], [True] * 2)
+    bodies, trails = (stand.nodes[f"/runs/ghosts/{name}"] for name in ("bodies", "trails"))
+    actors.show([ours, ghost], ())
+    assert len(trails.batched_positions) == alone, "a path that another hides is not drawn"
+    actors.show([ghost, ghost], ())
+    assert not bodies.visible
+    actors.show([ghost, ours], ())
+    assert bodies.visible
+
+
+def test_tags_of_more_runs_than_there_are_colours_are_their_numbers() -> None:
+    stand = Stand()
+    actors = Actors(stand)  # type: ignore[arg-type]
+    actors.set_runs([(0, 0, 0)] * 12, [f"a long name {i}" for i in range(12)], [True] * 12)
+    actors.show([scene_at(OURS, ns(8.0)), *[scene_at(OTHER, ns(8.0))] * 11], ())
+    assert [label.text for label in stand.labels if label.visible] == ["1", "2, 3, 4 ..."]
 
 
 def test_a_run_of_another_place_is_not_drawn() -> None:

@@ -136,7 +136,7 @@ def test_a_house_is_a_handful_of_batches() -> None:
 
 def test_dashes_cover_their_share_of_a_way() -> None:
     way = np.array([[0.0, 0.0], [3.8, 0.0]])
-    made = dashes(way, 0.1, dash_m=0.22, gap_m=0.16)
+    made = dashes(way, 0.1)
     assert len(made) == 10
     assert np.hypot(*(made[:, 1] - made[:, 0])[:, :2].T).sum() == pytest.approx(2.2, abs=0.01)
 

@@ -17,7 +17,7 @@ from dashboards.model.scene import scene_at
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
-from dashboards.panels.comparison import comparison
+from dashboards.panels.comparison import comparison, divergences
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import name, number, percent, table
 from dashboards.panels.now import legend, now, title
@@ -66,6 +66,7 @@ def everything(timeline: Timeline, second: float = 1.0) -> str:
             cost_plot(clock, names),
             belief_plot(clock, scenes[0].focus),
             comparison(clock, scenes, names),
+            divergences(clock, names),
             strip(clock, names, [run_colour(0), run_colour(1)]),
             cursor(clock, second),
             runs([row], (0,), total=1),
@@ -131,8 +132,7 @@ def test_find_costs_are_those_from_where_the_robot_stood() -> None:
 
 def test_comparison_jumps_to_where_runs_part() -> None:
     clock = Clock(timelines=(OURS, OTHER))
-    scenes = [scene_at(t, s) for t, s in zip(clock.timelines, clock.stamps(15), strict=True)]
-    made = comparison(clock, scenes, ["lios", "greedy"])
+    made = divergences(clock, ["lios", "greedy"])
     assert 'data-lios="seek 4.000000"' in made
     assert "after 2 shared actions" in made
 

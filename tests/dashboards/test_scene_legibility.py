@@ -28,7 +28,7 @@ from dashboards.model.timeline import timeline_of
 from dashboards.palette import css, run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.chart import MAX_BAND_RATIO, Band, Line, chart
-from dashboards.panels.comparison import comparison
+from dashboards.panels.comparison import comparison, divergences
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import breakable, number, text
 from dashboards.panels.now import legend, now, run_signs, title
@@ -149,6 +149,7 @@ def test_a_very_long_name_is_shortened_in_the_view_and_in_tables() -> None:
     visible = re.sub(r'title="[^"]*"', "", beliefs(scene_at(long, ns(1)), long))
     clock = Clock(timelines=(long, OTHER))
     visible += re.sub(r'title="[^"]*"', "", comparison(clock, [scene_at(long, ns(1))] * 2, ["x" * 300, "b"]))
+    visible += re.sub(r'title="[^"]*"', "", divergences(clock, ["x" * 300, "b"]))
     assert max(len(word) for word in re.findall(r">(x+)", visible)) < 30
     assert label("x" * 300) == "x" * 39 + "…"
     ax = Figure().subplots()

@@ -20,7 +20,7 @@ from dashboards.model.scene import Scene
 from dashboards.palette import Colour, run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.cameras import cameras
-from dashboards.panels.comparison import comparison
+from dashboards.panels.comparison import comparison, divergences
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.live.ghosts import ghosts
@@ -125,6 +125,8 @@ class Controls:
         ):
             with tabs.add_tab(label):
                 self._add(name)
+                if name == "comparison":
+                    self._add("divergences")
         with tabs.add_tab("Container"):
             self._build_container()
         with tabs.add_tab("Notes"):
@@ -243,6 +245,7 @@ class Controls:
         colours = [run_colour(i) for i in range(len(names))]
         self._draw("strip", lambda: strip(clock, names, colours, session.notes()))
         self._draw("events", lambda: self._notes.panel(names))
+        self._draw("divergences", lambda: divergences(clock, names))
         by_strategy = {t.run.info.strategy: c for t, c in zip(clock.timelines, colours, strict=True)}
         self._draw("ghosts", lambda: ghosts(session.library.ghosts, by_strategy))
 
