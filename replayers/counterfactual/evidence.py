@@ -262,7 +262,7 @@ def evidence_of(run: Run) -> Evidence:
         answers=answers_in(run.answers),
         passing=_passing(run),
         tags=tags_from_settings(run.settings, run.place),
-        seen_on_moves=seen_on_moves(run.sightings, run.actions),
+        seen_on_moves=seen_on_moves(run.sightings, run.actions, run.plans),
         seen_at_start=seen_from_start(run.observations),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(*_notes(run, gaps, len(seen), imputed), *told, *corrected, *odd, *strange),
@@ -293,13 +293,13 @@ def _found_without_look(
     """
     containers = tuple(c.id for c in run.place.plan.containers)
     found = picked_without_look(seen, run.actions, containers)
+    sighted, told = sighted_at_start(run.sightings, run.actions, contents, containers)
     notes = tuple(
         f"{', '.join(item.id for item in items)} was picked up in {container}, into which no look counts: it stood "
         "there at the start, and what else lies there is open"
         for container, items in found.items()
-        if container not in contents
+        if container not in contents and container not in sighted
     )
-    sighted, told = sighted_at_start(run.sightings, run.actions, contents, containers)
     for container, items in sighted.items():
         known = {item.id for item in found.get(container, ())}
         found[container] = (*found.get(container, ()), *(item for item in items if item.id not in known))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from workbench.log_schema.events import ActionFinished, BeliefUpdate, ItemSighting, Observation
+from workbench.log_schema.events import ActionFinished, BeliefUpdate, ItemSighting, Observation, PlanComputed
 from workbench.tolerances import NEAR_ROUNDED
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
@@ -27,10 +27,11 @@ Deed = tuple[str, LocationId, tuple[ItemId, ...]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeenOnMove:
-    """Single items that were seen in passing on one move, and where that move ended."""
+    """Single items that were seen in passing on one move, where that move ended, and where it was to lead."""
 
     items: tuple[ItemInPassing, ...]
     end: LocationId
+    way: Leg
 
 
 def refused_looks(
@@ -110,8 +111,11 @@ def seen_from_start(observations: Iterable[Observation]) -> Mapping[ContainerId,
     )
 
 
-def seen_on_moves(sightings: Iterable[ItemSighting], actions: Iterable[ActionFinished]) -> Mapping[int, SeenOnMove]:
+def seen_on_moves(
+    sightings: Iterable[ItemSighting], actions: Iterable[ActionFinished], plans: Iterable[PlanComputed]
+) -> Mapping[int, SeenOnMove]:
     """What was seen in passing on the moves of a run, by the number of the move, refused ones counted."""
+    goals = {plan.decision: plan.search_order[0].container for plan in plans if plan.search_order}
     moves = sorted((a for a in actions if a.action == "move"), key=lambda a: a.index)
     left = sorted(sightings, key=lambda s: (s.stamp.ns, s.decision))
     found: dict[int, SeenOnMove] = {}
@@ -119,7 +123,8 @@ def seen_on_moves(sightings: Iterable[ItemSighting], actions: Iterable[ActionFin
         items = tuple(_in_passing(s) for s in left if s.decision == move.decision and s.stamp <= move.stamp)
         left = [s for s in left if not (s.decision == move.decision and s.stamp <= move.stamp)]
         if items and move.success:
-            found[number] = SeenOnMove(items=items, end=LocationId(move.target))
+            way = LocationId(move.origin), LocationId(goals.get(move.decision, move.target))
+            found[number] = SeenOnMove(items=items, end=LocationId(move.target), way=way)
     return MappingProxyType(found)
 
 

@@ -69,6 +69,7 @@ class LoggedWorld:
         with_ways: whether moves carry the way walked; finding ways takes time that exploring need not spend.
         paths: what finds those ways, where several worlds of one log share it.
         knowledge: state from which to continue a run; the start by default.
+        turns: where a robot turned for a tag in passing while recording, one on the same way does so too.
         as_recorded: each look shows what the run's own looks showed, one after the other, misses and all; beyond
             them, everything is unknown. For replaying the recorded strategy.
     """
@@ -83,6 +84,7 @@ class LoggedWorld:
         paths: Paths | None = None,
         knowledge: Knowledge | None = None,
         as_recorded: bool = False,
+        turns: bool = False,
     ) -> None:
         self.evidence = log if isinstance(log, Evidence) else evidence_of(log)
         self.imputed: dict[ContainerId, tuple[Item, ...]] = {}
@@ -90,6 +92,7 @@ class LoggedWorld:
         self.knowledge = knowledge or knowledge_at_start(place.plan, self.evidence.travel, self.evidence.known)
         self._filling = filling
         self._as_recorded = as_recorded
+        self._ways_seen = {seen.way: seen for seen in self.evidence.seen_on_moves.values()} if turns else {}
         self._durations = durations
         self._imputed_items: set[ItemId] = set()
         self.unfinished: Move | None = None
@@ -141,7 +144,9 @@ class LoggedWorld:
         if self._tags is not None and seeking is not None:
             if self._as_recorded and number in self.evidence.seen_on_moves:
                 return self._turned(self._tags, location, metres, self.evidence.seen_on_moves[number])
-            before = self.knowledge
+            seen, before = self._ways_seen.get((here, location)), self.knowledge
+            if seen is not None and not any(before.knows(one.item) for one in seen.items):
+                return self._turned(self._tags, location, metres, seen)
             self.moves_to_look.append(MoveToLook(before=before, move=Move(target=location, seeking=seeking)))
         way = self._paths.path(here, location) or ()
         self._now_ns += self._durations.move_ns(metres)

@@ -255,10 +255,12 @@ def _events_in_worlds(
 def over_log_alone(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     """The run over what the log holds and nothing else; it ends undetermined at the first unopened container.
 
-    Looks are believed; that they may have missed something is in the bounds.
+    Looks are believed, and tags in passing are seen where the log shows so; that looks may have missed something, and
+    that a tag may not be seen, is in the bounds.
     """
     literal = replace(prepared.evidence, misses=0)
-    return _run(prepared, planner, LoggedWorld(literal, durations=prepared.durations, paths=prepared.paths))
+    world = LoggedWorld(literal, durations=prepared.durations, paths=prepared.paths, turns=True)
+    return _run(prepared, planner, world)
 
 
 def in_truth(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
@@ -303,8 +305,9 @@ def _ended(events: tuple[Event, ...]) -> RunEnded:
 
 
 def _first_unobserved_look(prepared: PreparedLog, planner: Strategy) -> RunEnded | None:
-    """Where looks may have missed, how a run ends that stops at the first such look."""
-    if not prepared.evidence.misses:
+    """Where looks may have missed, or tags in passing count, how a run ends that stops at the first look that may
+    have missed, and sees no tag."""
+    if not prepared.evidence.misses and prepared.evidence.tags is None:
         return None
     return _ended(_run(prepared, planner, LoggedWorld(prepared.evidence, with_ways=False)))
 

@@ -161,6 +161,11 @@ class Knowledge:
         there = MappingProxyType({**left, place: (*left.get(place, ()), item)})
         return replace(self, items_at=there, first_seen=first)
 
+    def knows(self, item: Item) -> bool:
+        """Whether it is known where an item is, in the hand or elsewhere."""
+        held = self.holding is not None and self.holding.id == item.id
+        return held or any(one.id == item.id for _, one in self.where(item.type))
+
     def left_in(self, container: ContainerId, items: tuple[Item, ...]) -> tuple[Item, ...]:
         """Those of the items that a container held at first which the robot has not taken out of it."""
         moved = {item.id for at, there in self.items_at.items() if at != container for item in there}

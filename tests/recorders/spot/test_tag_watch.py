@@ -63,7 +63,11 @@ def test_the_robot_turns_for_a_tag_in_passing_and_the_log_reproduces_it(tmp_path
     assert ground.reproduction.same
     assert [item.id for item in ground.evidence.partly[TABLE]] == [PHONE]
     assert TABLE in ground.evidence.open, "what else lies there is unknown"
-    bounds = replay_on(ground, "pes-lios").bounds
+    again = replay_on(ground, "pes-lios")
+    assert again.status.value == "done", "over the log alone, what was seen then is seen again"
+    assert "imputed" not in again.support
+    assert not any("deterministic" in note for note in again.notes)
+    bounds = again.bounds
     assert bounds is not None
     assert bounds.lower - 1e-6 <= cost_by_the_matrix(run) <= bounds.upper + 1e-6
 
