@@ -199,7 +199,11 @@ class Evidence:
             if shown is not None and container not in self.known:
                 mark = f"{OVERLOOKED}{container}|"
                 spent += sum(item.id.startswith(f"{item.type}{mark}") and item not in shown for item in items)
-        return self.misses - spent
+        if self.tags is None:
+            return self.misses - spent
+        held = () if knowledge.holding is None else (knowledge.holding,)
+        known = (*knowledge.first_seen.values(), *knowledge.items_at.values(), held)
+        return self.misses - len({item.id for items in known for item in items if OVERLOOKED in item.id})
 
     def seen_types(self) -> frozenset[ItemType]:
         """Item types of which the log shows an instance."""

@@ -9,13 +9,13 @@ another, and at least one item of each such type was overlooked.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations_with_replacement, islice
 
 from replayers.counterfactual.evidence import Evidence
-from replayers.counterfactual.relevance import MAX_ANSWERS, Answer, Relevance
-from workbench.worlds.house import ContainerId, ItemType
+from replayers.counterfactual.relevance import MAX_ANSWERS, Answer, Relevance, imputed_items
+from workbench.worlds.house import ContainerId, Item, ItemType
 from workbench.worlds.knowledge import Knowledge
 
 MAX_TRIED = 20_000
@@ -107,6 +107,8 @@ def possible_contents(
     seen, shown = knowledge.first_seen, evidence.seen_types()
     found = {item.type for c in (*evidence.open, *evidence.doubtful) if c in seen for item in seen[c]}
     live = relevance.live(knowledge)
+    if evidence.tags is not None:  # what was seen in passing is found too
+        found |= {t for t in live if knowledge.has_known_instance(t)}
     there = Counter(item.type for item in evidence.contents.get(container, ()))
     known = shown | found
     most = {t: 0 if relevance.unique and t in known else max(0, relevance.most[t] - there[t]) for t in live}
@@ -119,3 +121,37 @@ def possible_contents(
         open_left=sum(c not in seen and c != container for c in evidence.open),
         doubtful_left=sum(c not in seen and c != container for c in evidence.doubtful),
     )
+
+
+def may_be_sighted(
+    evidence: Evidence, relevance: Relevance, container: ContainerId, seeking: Iterable[ItemType], before: Knowledge
+) -> Iterator[Item]:
+    """Items whose tags a robot may see in a container in passing and turn for: one of each type that it seeks, or
+    that the task needs and of which it knows none, if the container may hold one.
+
+    Args:
+        before: what the robot knows as it sets out.
+    """
+    sought = frozenset(seeking)
+    shown = {item.type: item for item in reversed(evidence.shown_in(container))}
+    for item_type in relevance.live_and_shown(before):
+        if item_type not in sought and before.has_known_instance(item_type):
+            continue
+        if item_type in shown:
+            yield shown[item_type]
+        elif item_type in relevance.types and _may_hold(evidence, relevance, container, item_type, before):
+            yield from imputed_items((item_type,), container, evidence.contents.get(container))
+
+
+def _may_hold(
+    evidence: Evidence, relevance: Relevance, container: ContainerId, item_type: ItemType, before: Knowledge
+) -> bool:
+    """Whether a container may hold an instance of a type beyond what the log shows: it is open, or the look into it
+    missed that, and what is missing otherwise may still be somewhere."""
+    if container not in evidence.contents:
+        return True
+    if container not in evidence.doubtful:
+        return False
+    possible = possible_contents(evidence, relevance, container, before)
+    left = possible.misses_left - 1
+    return left >= 0 and (possible.open_left > 0 or len(possible.missing - {item_type}) <= left)

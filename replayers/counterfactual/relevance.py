@@ -8,7 +8,7 @@ types lie there, each at most as often as the task can use it.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import reduce
 from itertools import combinations_with_replacement, product
@@ -145,26 +145,6 @@ def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Ass
         unique=assumptions.unique,
         shown=shown,
     )
-
-
-def may_be_sighted(
-    evidence: Evidence, relevance: Relevance, container: ContainerId, seeking: Iterable[ItemType], before: Knowledge
-) -> Iterator[Item]:
-    """Items whose tags a robot may see in a container in passing and turn for: one of each type that it seeks, or
-    that the task needs and of which it knows none, if the container may hold one.
-
-    Args:
-        before: what the robot knows as it sets out.
-    """
-    sought = frozenset(seeking)
-    types = (t for t in relevance.live_and_shown(before) if t in sought or not before.has_known_instance(t))
-    doubted = container in evidence.doubtful and evidence.misses_left(before) > 0
-    shown = {item.type: item for item in reversed(evidence.shown_in(container))}
-    for item_type in types:
-        if item_type in shown:
-            yield shown[item_type]
-        elif item_type in relevance.types and (container not in evidence.contents or doubted):
-            yield from imputed_items((item_type,), container, evidence.contents.get(container))
 
 
 def max_instances(goal: Goal) -> int:

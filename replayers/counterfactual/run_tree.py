@@ -17,8 +17,8 @@ from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
-from replayers.counterfactual.overlooked import possible_contents
-from replayers.counterfactual.relevance import Answer, Relevance, imputed_items, may_be_sighted
+from replayers.counterfactual.overlooked import may_be_sighted, possible_contents
+from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from replayers.counterfactual.results import Assignment
 from replayers.counterfactual.run_nodes import Choose, Leaf, Node, PricedMove, Segment, UnfinishedWalk, UnobservedLook
 from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
@@ -179,7 +179,7 @@ class RunTree:
         put = before.items_at.get(LocationId(container), ())
         inside = (*self.evidence.shown_in(container), *self._imputed(answer, container))
         inside = inside if self.evidence.tags is None else before.left_in(container, inside)
-        knowledge = before.seen(container, (*inside, *put))
+        knowledge = before.seen(container, (*inside, *(item for item in put if item not in inside)))
         steps, picks = node.steps + segment.steps, node.picks + segment.picks
         self.max_picks = max(self.max_picks, picks)
         cost = node.cost + segment.cost

@@ -21,6 +21,7 @@ from replayers.certificates.build import NotCertifiable, certificate
 from replayers.counterfactual.evidence import Evidence, evidence_of
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+from replayers.counterfactual.relevance import Assumptions
 from replayers.counterfactual.replay import replay_on
 from replayers.runs.resume_state import known_from_logs
 from replayers.runs.run import Run, read
@@ -91,6 +92,28 @@ def test_bounds_hold_whatever_is_seen_in_passing(
         ]
         assert bounds.lower <= min(costs) + 1e-6, name
         assert bounds.upper >= max(costs) - 1e-6, name
+
+
+@pytest.mark.parametrize("driver", ["opt-greedy", "conditioned-lios"])
+def test_bounds_hold_where_a_look_may_have_missed_what_is_seen_in_passing(tmp_path: Path, driver: str) -> None:
+    run, tags = recorded(tmp_path, BOTH, driver, chance=0.0, seed=0), toy_tags()
+    ground = prepare_log(run, ReplaySettings(worlds=0, assumptions=Assumptions(misses=1)))
+    house = toy_house()
+    worlds = [
+        House(plan=house.plan, contents={**house.contents, c: (*house.contents[c], item(f"{more}|9"))})
+        for c in ground.evidence.doubtful
+        for more in (PHONE, PLATE)
+    ]
+    for name in ("opt-greedy", "model-lios"):
+        bounds = replay_on(ground, name).bounds
+        assert bounds is not None
+        assert bounds.upper < float("inf")
+        costs = [
+            outcome_of(list(events_with_tags(world, tags, BOTH, name, chance=chance, seed=0))).cost
+            for world in worlds
+            for chance in (0.0, 0.5, 1.0)
+        ]
+        assert all(bounds.lower - 1e-6 <= cost <= bounds.upper + 1e-6 for cost in costs), name
 
 
 @pytest.mark.parametrize("seed", range(2))
