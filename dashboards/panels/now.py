@@ -26,14 +26,10 @@ MAX_TASK_CHARS = 300
 """Characters of a task that are shown."""
 
 
-def title(timeline: Timeline, *, has_truth: bool = False) -> Markup:
-    """Heading of a run: task, place, strategy.
-
-    Args:
-        has_truth: whether the log holds the true contents, which of a robot's logs only a simulated one's does.
-    """
+def title(timeline: Timeline) -> Markup:
+    """Heading of a run: task, place, strategy."""
     info = timeline.run.info
-    parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", _robot(info.source, has_truth=has_truth)]
+    parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", timeline.run.source_words]
     notes = [] if timeline.run.complete else ["This log was cut off; it is shown as far as it goes."]
     lost = gaps_of(timeline.run).dropped
     if lost:
@@ -46,12 +42,6 @@ def title(timeline: Timeline, *, has_truth: bool = False) -> Markup:
     facts = Markup(" · ").join(name(p) for p in parts if p)
     task = name(timeline.task_words, max_chars=MAX_TASK_CHARS)
     return html('<div class="lp"><h2>{}</h2><p class="muted">{}</p>{}</div>', task, facts, warned)
-
-
-def _robot(source: str, *, has_truth: bool) -> str:
-    if source != "spot":
-        return source
-    return "Spot (simulated)" if has_truth else "Spot"
 
 
 def now(scene: Scene) -> Markup:

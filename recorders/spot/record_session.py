@@ -15,7 +15,7 @@ from recorders.sinks.mirrored import ViewerFeed
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
-from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
+from recorders.spot.client.identity import robot_metadata, robot_run_info
 from recorders.spot.client.services import require_services, services_of_cameras
 from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
 from recorders.spot.run.site_tasks import place_of, session_task
@@ -27,6 +27,7 @@ from workbench.errors import OutputExists
 from workbench.execution.events import RunEnded, RunStatus
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.perception_json import perception_to_settings
+from workbench.log_schema.run_info import ROBOT_METADATA
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS
 from workbench.terminal import counted, say

@@ -47,6 +47,8 @@ class GhostBounds(msgspec.Struct, frozen=True, kw_only=True):
         least_extra, most_extra: bounds of the driven strategy's cost minus this one's, over all worlds.
         status: of its run over the log alone ("undetermined" where it would look into what nobody opened yet).
         trouble: why it has no bounds; empty where it has.
+        charged: what the recorded run was charged, once it has ended. On a robot that differs a little from what its
+            replay costs, which walks the ways of the map as the ghosts do; None for a ghost and before the end.
     """
 
     strategy: str
@@ -58,6 +60,7 @@ class GhostBounds(msgspec.Struct, frozen=True, kw_only=True):
     most_extra: float = inf
     status: str = ""
     trouble: str = ""
+    charged: float | None = None
 
     @property
     def exact(self) -> bool:

@@ -240,6 +240,8 @@ class Ghosts:
         found: list[GhostBounds] = [] if driven in made else [_driven_as_recorded(run)]
         for name, replay in made.items():
             found.append(_bounds_of(name, replay, driven=name == driven))
+        if run.outcome is not None and found[0].driven:
+            found[0] = msgspec.structs.replace(found[0], charged=run.outcome.cost)
         first = found[0]
         own = stored.get(driven)
         for i, ghost in enumerate(found[1:], 1):

@@ -50,7 +50,7 @@ from workbench.log_schema.events import (
     Wire,
 )
 from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_from_json, task_from_json
-from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
+from workbench.log_schema.run_info import INFO_METADATA, ROBOT_METADATA, info_from_metadata, is_simulated
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, settings_from_json
 from workbench.planning.tasks import Task
 from workbench.remote.path import path_of
@@ -75,6 +75,7 @@ class Run:
         corrections: what people say was there although no look showed it (lios log note --seen).
         part: the number of this file among the parts of a recording, from 0; empty for a log that was not split.
         skipped: topics whose sequence numbers, which the recorder counts from 0, have gaps; how many are missing.
+        robot: what the robot says of itself; empty for a run without one.
         recovered: what a copy of a damaged or cut-off log says of that log; None where it is no such copy.
     """
 
@@ -104,6 +105,7 @@ class Run:
     corrections: tuple[Correction, ...] = ()
     part: str = ""
     skipped: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    robot: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     recovered: Recovered | None = None
     sha256_read: str = ""
     """Hash of the part of a growing file that was read; empty for a file that was read to its end."""
@@ -118,6 +120,13 @@ class Run:
     def has_end(self) -> bool:
         """Whether it holds all of the run, perhaps in a file that was cut off after it, in its index."""
         return self.complete or (self.ended and self.outcome is not None)
+
+    @property
+    def source_words(self) -> str:
+        """What made the run, for people: a simulated robot is called so."""
+        if self.info.source != "spot":
+            return self.info.source
+        return "Spot (simulated)" if is_simulated(self.robot) else "Spot"
 
     def __repr__(self) -> str:
         """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
@@ -135,7 +144,7 @@ class Run:
             ("strategy", info.strategy),
             ("beliefs", info.estimator),
             ("seed", str(info.seed)),
-            ("source", info.source),
+            ("source", self.source_words),
             ("end", outcome.status if outcome else "no outcome"),
             ("cost", outcome.cost if outcome else None),
             ("decisions", len(self.plans)),
@@ -269,6 +278,7 @@ class RunBuilder:
     corrections: list[Correction] = field(default_factory=list)
     several: bool = False
     part: str = ""
+    robot: dict[str, str] = field(default_factory=dict)
     recovered: Recovered | None = None
     skipped: dict[str, int] = field(default_factory=dict)
     expected: dict[str, int] = field(default_factory=dict)
@@ -281,6 +291,8 @@ class RunBuilder:
             self.several = True
         elif isinstance(record, Metadata) and record.name == INFO_METADATA:
             self.info = info_from_metadata(record.metadata)
+        elif isinstance(record, Metadata) and record.name == ROBOT_METADATA:
+            self.robot = dict(record.metadata)
         elif isinstance(record, Metadata) and record.name == PART_METADATA:
             self.part = record.metadata.get("part", "0")
         elif isinstance(record, Metadata) and record.name == RECOVERED_METADATA:
@@ -359,6 +371,7 @@ class RunBuilder:
             damage=tuple(self.damage),
             part=self.part,
             skipped=MappingProxyType({topic: count for topic, count in self.skipped.items() if count}),
+            robot=MappingProxyType(self.robot),
             recovered=self.recovered,
             sha256_read=sha256_read,
         )

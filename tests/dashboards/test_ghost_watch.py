@@ -15,6 +15,8 @@ from dashboards.panels.live.ghosts import ghosts
 from dashboards.viser_app.ghost_watch import ghosts_named
 from dashboards.viser_app.serving import open_dashboard
 from replayers.live.ghost_bounds import GhostBounds, GhostReport
+from replayers.live.ghosts import Ghosts
+from replayers.runs.run import read
 from workbench.cli import run
 from workbench.errors import BadValue, LiosError, UnknownName
 
@@ -71,6 +73,20 @@ def test_the_panel_says_what_is_proven_and_what_is_not(log: Path) -> None:
     assert "too wide for the time" in shown
     assert ghosts(None, {}) == ""
     assert "first replay" in str(ghosts(GhostReport(), {}))
+
+
+def test_the_row_of_the_driven_run_and_the_panel_have_one_figure_once_it_has_ended() -> None:
+    """A robot is charged what it walked, 59.1; its replay walks the ways of the map, as the ghosts do."""
+    log = Path(__file__).resolve().parents[2] / "logs" / "spot-home-A-conditioned-lios.mcap"
+    report = Ghosts(log, ("model-lios",)).next_round()
+    assert report is not None
+    shown = str(ghosts(report, {}))
+    outcome = read(log).outcome
+    assert outcome is not None
+    assert f'<td class="n">{outcome.cost:.1f}</td><td class="n">{outcome.cost:.1f}</td>' in shown
+    assert shown.count("60.0") == 3, "the replay beside the driven run's name, and the ghost's two bounds"
+    plain = GhostBounds(strategy="a", driven=True, lower=43.72, upper=43.72, charged=43.721)
+    assert "replayed 43.7" not in str(ghosts(GhostReport(bounds=(plain,)), {}))
 
 
 def test_a_log_that_is_awaited_is_no_run_until_it_is_there(log: Path, tmp_path: Path) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
+import msgspec
 import pytest
 from markupsafe import Markup
 from toy import COUNTER, FRIDGE
@@ -128,6 +130,14 @@ def test_find_costs_are_those_from_where_the_robot_stood() -> None:
     assert "16.0" in words
     assert "9.0" not in words
     assert "No find" in find_costs(scene_at(OURS, ns(5)), FRIDGE)
+
+
+def test_a_simulated_robot_is_called_so_by_what_it_says_of_itself_and_not_by_what_its_log_holds() -> None:
+    robot = replace(OURS.run, info=msgspec.structs.replace(OURS.run.info, source="spot"))
+    assert " · Spot<" in title(timeline_of(robot))
+    for says in ({"simulated": "true"}, {"serial": "simulated-spot"}):  # early logs have the serial number alone
+        assert " · Spot (simulated)<" in title(timeline_of(replace(robot, robot=says, truth=None)))
+    assert " · simulation<" in title(OURS)
 
 
 def test_comparison_jumps_to_where_runs_part() -> None:

@@ -316,16 +316,21 @@ def test_another_clock_keeps_the_moment(page: Page, dashboard: Dashboard) -> Non
         assert page.get_by_text("Decision 3 of").count() == 1
 
 
-@pytest.mark.slow
-def test_cameras_of_a_robot_are_shown_and_can_be_hidden(browser: Browser) -> None:
+@pytest.mark.ci
+@pytest.mark.parametrize(("width", "height"), [(1500, 800), (1000, 700)])
+def test_cameras_of_a_robot_are_beside_the_house_and_can_be_hidden(browser: Browser, width: int, height: int) -> None:
     made = open_dashboard([LOGS / "spot-home-A.mcap"], port=0, at=60.0)
-    tab = open_view(browser, made.link(), width=1500, height=800)
+    tab = open_view(browser, made.link("theme=dark"), width=width, height=height)
     try:
         picture = tab.locator(".lp.cameras img").first
         picture.wait_for()
         tab.wait_for_function("document.querySelector('.lp.cameras img').naturalWidth > 100")
-        # A picture alone needs a narrow window: on a laptop's screen a wide one would lie over the house.
-        tab.wait_for_function("document.querySelector('.lp.cameras').getBoundingClientRect().width < 230")
+        tab.wait_for_function(
+            "document.querySelector('.lp.cameras').getBoundingClientRect().left"
+            " >= document.querySelector('.lios-canvas').getBoundingClientRect().right"
+        )
+        assert tab.locator(".lp h2").first.inner_text().startswith("water bottle")
+        tab.get_by_text("Spot (simulated)").wait_for()
         tab.get_by_role("tab", name="View", exact=True).click()
         tab.get_by_label("Pictures").click()
         picture.wait_for(state="hidden")

@@ -13,6 +13,8 @@ from workbench.log_schema.events import SCHEMA_VERSION, Outcome, RunInfo, Stamp
 INFO_METADATA = "lios.run"
 OUTCOME_METADATA = "lios.outcome"
 """Status and costs, written again at the end, so that logs can be listed without reading messages."""
+ROBOT_METADATA = "lios.robot"
+"""Which robot a log is of, as that robot says."""
 CHECKSUM = "crc32"
 """Key of the checksum over the other pairs, since MCAP has none on metadata records."""
 
@@ -60,6 +62,11 @@ def info_from_metadata(pairs: Mapping[str, str]) -> RunInfo:
         return msgspec.convert(values, RunInfo, strict=False)
     except msgspec.ValidationError as error:
         raise MalformedInfo(str(error)) from error
+
+
+def is_simulated(robot: Mapping[str, str]) -> bool:
+    """Whether a log is of a simulated robot, by what that says of itself; early logs have its serial number alone."""
+    return robot.get("simulated") == "true" or robot.get("serial") == "simulated-spot"
 
 
 def outcome_to_metadata(outcome: Outcome, decisions: int) -> dict[str, str]:

@@ -15,7 +15,7 @@ MAX_TROUBLE_CHARS = 160
 HINTS = {
     "at least": "The cost in the cheapest world that agrees with the log so far.",
     "at most": "The cost in the most expensive such world; - where no bound is known.",
-    "driven costs more": "The driven strategy's cost minus this one's, world by world.",
+    "driven costs more": "The driven strategy's cost minus this one's, both replayed on the map, world by world.",
 }
 WIDE_TREE_NOTE = "~ : the tree of runs was too wide for the time; these bounds hold, but may be wider than necessary."
 
@@ -63,8 +63,16 @@ def _row(bounds: GhostBounds, colours: dict[str, Colour]) -> list[Markup]:
         why = html("<br><small>{}</small>", name(bounds.trouble, max_chars=MAX_TROUBLE_CHARS))
         return [named + why, text("-"), text("-"), text("-")]
     wide = "~" if bounds.outer else ""
+    if bounds.charged is not None:  # the same figure as in the panel; the others compare with its replay
+        replayed = html("<br><small>replayed {}</small>", _figure(bounds.lower)) if _differs(bounds) else Markup("")
+        return [named + replayed, *[text(_figure(bounds.charged))] * 2, text("")]
     extra = "" if bounds.driven else f"{_figure(bounds.least_extra)} to {_figure(bounds.most_extra)}"
     return [named, text(wide + _figure(bounds.lower)), text(wide + _figure(bounds.upper)), text(extra)]
+
+
+def _differs(bounds: GhostBounds) -> bool:
+    """Whether the driven run's replay cost visibly another sum than the robot was charged."""
+    return bounds.exact and _figure(bounds.lower) != _figure(bounds.charged or 0.0)
 
 
 def _figure(value: float) -> str:

@@ -36,8 +36,8 @@ class Ribbons:
         self._quads.show(
             points.mean(axis=1),
             paint,
-            scales=np.column_stack([np.hypot(*along.T) + self._wide_m, wide, np.ones_like(half)]),
-            wxyzs=np.column_stack([np.cos(half), nothing, nothing, np.sin(half)]),
+            scales=np.column_stack([np.hypot(*along.T) + self._wide_m, wide, np.ones_like(half)]).astype(np.float32),
+            wxyzs=np.column_stack([np.cos(half), nothing, nothing, np.sin(half)]).astype(np.float32),
         )
 
     def remove(self) -> None:

@@ -45,8 +45,6 @@ BRAND: Mapping[bool, Colour] = MappingProxyType({False: (0, 114, 178), True: (86
 """The colour of buttons, in light and in dark."""
 PANEL_PX = 440
 """Width of the panel beside the view."""
-CAMERA_PX, CAMERAS_PX = 220, 330
-"""Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 TABLES_EVERY_S = 0.25
 """How often the tables are drawn while a run plays, in seconds; every still moment has its own."""
 TYPED_AFTER_S = 0.7
@@ -82,7 +80,6 @@ class Controls:
         self._chosen = 0
         self._size = (0, 0)
         self._dark: bool | None = None
-        self._camera_px = CAMERAS_PX
         self._typing: threading.Timer | None = None
         self._tables_s = 0.0
         """When the tables were last drawn, by the monotonic clock."""
@@ -110,6 +107,7 @@ class Controls:
         self._add("ghosts")
         self._add("now")
         self._add("status")
+        self._add("cameras")  # beside the house and never over it
         self._build_time()
         go = gui.add_text("Go to", "", hint="Seconds, or: decision 7, seek 12.5, open 2, overlay 3.")
         go.on_update(lambda _: self._execute_field(go))
@@ -145,10 +143,6 @@ class Controls:
             self._add("cursor")
             self._add("legend")
         panel.float(x=0, y=-1)  # dock.js puts it below the house
-        self._camera_panel = gui.add_panel(visible=False)
-        with self._camera_panel.add_tab("Cameras"):
-            self._add("cameras")
-        self._camera_panel.float(x=16, y=16, width=CAMERAS_PX)
 
     def _paint_theme(self, *, dark: bool) -> None:
         if self._dark != dark:
@@ -236,9 +230,7 @@ class Controls:
         self._slider.max = round(ceil(round(clock.end / step, 6)) * step, digits)
         self._options.offer(clock.timelines[0].item_types)
         names = run_names([t.run for t in clock.timelines])
-        robot = clock.timelines[0].run.info.source == "spot"  # reading the truth takes time: only where it is asked
-        has_truth = robot and self._session.truth() is not None
-        self._set("title", title(clock.timelines[0], has_truth=has_truth))
+        self._set("title", title(clock.timelines[0]))
         self._names = names
         self._signs = run_signs(clock.timelines)
         self._runs.follow()
@@ -307,17 +299,12 @@ class Controls:
         return session_status(robot_sensors.status(stamp_ns), stamp_ns, live=live, strategy=run.info.strategy)
 
     def _show_cameras(self, stamp_ns: int) -> None:
-        """The window of pictures: shown only when the run has cameras and the option is on."""
-        robot_sensors = self._session.robot_sensors
-        wanted = robot_sensors is not None and bool(robot_sensors.cameras) and self._session.state.pictures
-        if self._camera_panel.visible != wanted:
-            self._camera_panel.visible = wanted
-        if robot_sensors is not None and wanted:
-            width = CAMERA_PX if len(robot_sensors.cameras) == 1 else CAMERAS_PX
-            if self._camera_px != width:
-                self._camera_px = width
-                self._camera_panel.set_width(width)
-            self._draw("cameras", lambda: cameras(robot_sensors.pictures(stamp_ns), stamp_ns))
+        """The newest pictures: shown only when the run has cameras and the option is on."""
+        sensors = self._session.robot_sensors
+        if sensors is not None and sensors.cameras and self._session.state.pictures:
+            self._draw("cameras", lambda: cameras(sensors.pictures(stamp_ns), stamp_ns))
+        else:
+            self._set("cameras", Markup(""))
 
     def _slid(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is not None:

@@ -34,13 +34,14 @@ def robot_run_info(
     )
 
 
-ROBOT_METADATA = "lios.robot"
-"""Name of the metadata record that says which robot a log is of."""
+SIMULATED_SOFTWARE = "simulated"
+"""The name of a simulated robot's software release."""
 MAP_TIMEOUT_S = 60.0
 
 
 def robot_metadata(connection: Connection, *, operator: str = "", serial: bool = True) -> dict[str, str]:
-    """Which robot it is, for a log: nickname, software, map's hash, payloads, operator, and the serial number.
+    """Which robot it is, for a log: nickname, software, whether simulated, map's hash, payloads,
+    operator, and the serial number.
 
     What the robot does not report is left out.
 
@@ -52,6 +53,7 @@ def robot_metadata(connection: Connection, *, operator: str = "", serial: bool =
     known = {
         "species": robot_id.species,
         "software": f"{has.major_version}.{has.minor_version}.{has.patch_level}",
+        "simulated": "true" if robot_id.software_release.name == SIMULATED_SOFTWARE else "",
         "operator": operator,
         **({"serial": robot_id.serial_number, "nickname": robot_id.nickname} if serial else {}),
     }

@@ -15,7 +15,7 @@ from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.control import Control
 from recorders.spot.client.docking import DockOutcome, dock
 from recorders.spot.client.errors import NotLocalized
-from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
+from recorders.spot.client.identity import robot_metadata, robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
 from recorders.spot.client.services import require_services, services_of_a_run
 from recorders.spot.run.abort_guard import stopping_on_error
@@ -39,6 +39,7 @@ from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.perception_json import perception_to_settings
+from workbench.log_schema.run_info import ROBOT_METADATA
 from workbench.log_schema.tags_in_passing_json import tags_to_settings
 from workbench.planning.actions import relevant_types
 from workbench.planning.tasks import Task

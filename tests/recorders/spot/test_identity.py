@@ -9,10 +9,11 @@ from mcap.reader import make_reader
 from spot_help import placed, robot
 
 from recorders.spot.client.graph_nav_map import graph_hash
-from recorders.spot.client.identity import ROBOT_METADATA
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import SessionPlan, record_session
 from recorders.spot.session.session import Rates
+from replayers.runs.run import read
+from workbench.log_schema.run_info import ROBOT_METADATA
 
 
 @pytest.mark.parametrize("serial", [True, False])
@@ -27,6 +28,8 @@ def test_the_robots_identity_is_in_the_log_and_its_serial_only_if_wanted(serial:
     with log.open("rb") as stream:
         told = next(m.metadata for m in make_reader(stream).iter_metadata() if m.name == ROBOT_METADATA)
     assert (told["operator"], told["map"], told["software"]) == ("Ada", wanted, "5.0.0")
+    assert told["simulated"] == "true"
+    assert read(log).source_words == "Spot (simulated)"
     assert told.get("serial") == ("simulated-spot" if serial else None)
     assert ("nickname" in told) is serial
     assert (b"simulated-spot" in log.read_bytes()) is serial
