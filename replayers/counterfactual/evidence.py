@@ -53,8 +53,8 @@ from workbench.worlds.sight.tags_in_passing import TagsInPassing
 from workbench.worlds.travel import TravelCosts
 
 TAGS_NOTE = (
-    "its robot turns for tags that it sees in passing: bounds count them as seen and as not seen, "
-    "the estimate as not seen"
+    "its robot turns for tags that it sees in passing: for other strategies, bounds count them as seen and as not "
+    "seen, the estimate as not seen"
 )
 
 

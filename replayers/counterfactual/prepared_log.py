@@ -36,6 +36,7 @@ from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import place_to_json
 from workbench.planning.actions import relevant_types
 from workbench.planning.scenarios.added_items import believe_scenario_items
+from workbench.planning.strategies import canonical_name
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
@@ -147,6 +148,20 @@ class PreparedLog:
         if asks and not uses_beliefs(planner, self.evidence.task.goal):
             return LoggedBelief(self.evidence)
         return self.estimator
+
+    def exact_beliefs_of(self, planner: Strategy) -> bool:
+        """Whether beliefs are the robot's own: they are not rounded, or the run's own strategy does what it did."""
+        return self.exact_beliefs or self._drove(planner)
+
+    def is_driven_again(self, planner: Strategy) -> bool:
+        """Whether a replay is the recorded run and tags are seen in passing as they were; else, that is chance."""
+        evidence = self.evidence
+        return evidence.tags is not None and not evidence.misses and self._drove(planner)
+
+    def _drove(self, planner: Strategy) -> bool:
+        """Whether a strategy is the run's own and does what it recorded, to its end."""
+        name = canonical_name(planner.name)
+        return name is not None and name == canonical_name(self.evidence.info.strategy) and self.reproduction.whole
 
 
 def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -> PreparedLog:

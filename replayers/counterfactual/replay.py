@@ -198,10 +198,11 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             seed=evidence.info.seed,
             merge=built_in is not None and not is_from_outside(planner),
             static_beliefs=prepared.static_beliefs,
-            exact_beliefs=_exact_beliefs(prepared, planner),
+            exact_beliefs=prepared.exact_beliefs_of(planner),
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
             traits=search_traits(planner, evidence.task.goal),
             durations=prepared.durations,
+            as_driven=prepared.is_driven_again(planner),
         ),
     )
 
@@ -222,15 +223,9 @@ def _world_search(prepared: PreparedLog, planner: Strategy, first: RunEnded) -> 
     kind = decision_kind(planner, prepared.evidence.task.goal)
     if kind is None or is_from_outside(planner):
         return search()
-    made = prepared.searched.get((kind, _exact_beliefs(prepared, planner)), search)
+    alike = (kind, prepared.exact_beliefs_of(planner), prepared.is_driven_again(planner))
+    made = prepared.searched.get(alike, search)
     return made if _begins_as(made.tree, first) else search()
-
-
-def _exact_beliefs(prepared: PreparedLog, planner: Strategy) -> bool:
-    """Whether beliefs are the robot's own: they are not rounded, or the run's own strategy does what it recorded."""
-    built_in = canonical_name(planner.name)
-    drove = built_in is not None and built_in == canonical_name(prepared.evidence.info.strategy)
-    return prepared.exact_beliefs or (drove and prepared.reproduction.whole)
 
 
 def _events_in_worlds(
@@ -258,8 +253,8 @@ def over_log_alone(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...
     Looks are believed, and tags in passing are seen where the log shows so; that looks may have missed something, and
     that a tag may not be seen, is in the bounds.
     """
-    literal = replace(prepared.evidence, misses=0)
-    world = LoggedWorld(literal, durations=prepared.durations, paths=prepared.paths, turns=True)
+    literal, again = replace(prepared.evidence, misses=0), prepared.is_driven_again(planner)
+    world = LoggedWorld(literal, durations=prepared.durations, paths=prepared.paths, as_recorded=again, turns=True)
     return _run(prepared, planner, world)
 
 
@@ -273,8 +268,10 @@ def in_truth(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
         seen = {item.id for item in shown.get(container, ())}
         return tuple(item for item in contents[container] if item.id not in seen)
 
-    evidence = replace(prepared.evidence, misses=in_all)
-    world = LoggedWorld(evidence, filling=true_contents, durations=prepared.durations, paths=prepared.paths)
+    evidence, again = replace(prepared.evidence, misses=in_all), prepared.is_driven_again(planner)
+    world = LoggedWorld(
+        evidence, filling=true_contents, durations=prepared.durations, paths=prepared.paths, as_recorded=again
+    )
     return _run(prepared, planner, world)
 
 

@@ -8,11 +8,12 @@ so that the tree is a graph and stays small. A strategy must be deterministic: t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import final
 
+from replayers.counterfactual.decisions.memoized_strategy import MemoizedStrategy, StateKey
 from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
@@ -23,17 +24,14 @@ from replayers.counterfactual.results import Assignment
 from replayers.counterfactual.run_nodes import Choose, Leaf, Node, PricedMove, Segment, UnfinishedWalk, UnobservedLook
 from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
 from workbench.beliefs.belief import Estimator
-from workbench.caches import Cache
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.actions import prepares
-from workbench.planning.strategy import Decision, Strategy, View
-from workbench.planning.tasks import Task
-from workbench.worlds.house import ContainerId, Item, ItemType, LocationId
+from workbench.planning.strategy import Decision, Strategy
+from workbench.worlds.house import ContainerId, Item, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.world import ActionDone, NotInLog
 
-MAX_CACHED_DECISIONS = 50_000
 MAX_STEPS = 500
 """As the closed loop's."""
 
@@ -53,6 +51,7 @@ class TreeOptions:
         reads_beliefs: the strategy's decisions depend on beliefs.
         traits: what is known of its runs, for bounds.
         durations: how long actions take where a run is replayed.
+        as_driven: the strategy drove the run, and the tree is that run alone: what was seen by chance is seen again.
     """
 
     seed: int = 0
@@ -63,6 +62,7 @@ class TreeOptions:
     reads_beliefs: bool = True
     traits: SearchTraits = UNKNOWN
     durations: Durations = SIMULATED
+    as_driven: bool = False
 
 
 @final
@@ -98,6 +98,7 @@ class RunTree:
         self._seed = options.seed
         self._merge = options.merge
         self._durations = options.durations
+        self._as_driven = options.as_driven
         self._exact_beliefs = options.exact_beliefs
         self._reads_beliefs = options.reads_beliefs and not (options.static_beliefs and options.exact_beliefs)
         self._nodes: dict[Hashable, Node] = {}
@@ -159,13 +160,16 @@ class RunTree:
         """
         answers = {f.container: f.answer for f in leaf.filled}
         world = LoggedWorld(
-            self.evidence, filling=lambda c, _: self._imputed(answers.get(c, ()), c), durations=self._durations
+            self.evidence,
+            filling=lambda c, _: self._imputed(answers.get(c, ()), c),
+            durations=self._durations,
+            as_recorded=self._as_driven,
         )
         return tuple(self._events(world, planner=explained_by))
 
     def segment_events(self, node: Node) -> tuple[Event, ...]:
         """The events of a node's segment: what its run does up to the next unobserved look or to its end."""
-        world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
+        world = self._world_at(node)
         return tuple(self._events(world, begin_with=node.knowledge, steps_left=self.max_steps - node.steps))
 
     def _imputed(self, answer: Answer, container: ContainerId) -> tuple[Item, ...]:
@@ -197,7 +201,7 @@ class RunTree:
 
     def _after_sightings(self, node: Node) -> Iterator[tuple[float, Node]]:
         tags = self.evidence.tags
-        if tags is None:
+        if tags is None or self._as_driven:
             return
         for move in self.advance(node).moves_to_look:
             before, target = move.made.before, move.made.move.target
@@ -224,7 +228,7 @@ class RunTree:
 
     def _run(self, node: Node) -> Segment:
         self.segments += 1
-        world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
+        world = self._world_at(node)
         steps, picks, leans, walked, spent = 0, 0, False, 0.0, 0.0
         moves: list[PricedMove] = []
         if node.walk is not None:
@@ -271,6 +275,9 @@ class RunTree:
             depends_on_beliefs=leans,
             moves_to_look=tuple(moves),
         )
+
+    def _world_at(self, node: Node) -> LoggedWorld:
+        return LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge, as_recorded=self._as_driven)
 
     def _walked(self, node: Node, walk: UnfinishedWalk) -> tuple[LoggedWorld, UnobservedLook | None, float]:
         """The world after the move that a node is on, what else comes into view on it, and its metres."""
@@ -341,58 +348,6 @@ class RunTree:
         assert segment.ended is not None, "a leaf is an end"
         charged = own_cost if segment.done else self.evidence.task.failure_cost
         return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=segment.ended.status)
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class StateKey:
-    """The key by which states are the same to a strategy: where things that still matter stand, and where one may
-    still look; where beliefs depend on every observation, also all that was found.
-
-    Attributes:
-        relevance: which types still matter.
-        static_beliefs: whether beliefs depend on names alone.
-        misses_left: where looks may have missed, how many items may still be overlooked.
-    """
-
-    relevance: Relevance
-    static_beliefs: bool
-    misses_left: Callable[[Knowledge], int] | None = None
-
-    def __call__(self, knowledge: Knowledge) -> Hashable:
-        live = self.relevance.live_and_shown(knowledge)
-        held = knowledge.holding.id if knowledge.holding else None
-        return (
-            live,
-            knowledge.robot_at,
-            held,
-            tuple([(at, item.id) for t in live for at, item in knowledge.where(t)]),
-            knowledge.unsearched,
-            knowledge.facts,
-            knowledge.closed,
-            () if self.static_beliefs else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
-            self.misses_left(knowledge) if self.misses_left is not None else 0,
-        )
-
-
-@final
-class MemoizedStrategy:
-    """A strategy that is asked once for each state that it can distinguish."""
-
-    def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
-        self._strategy = strategy
-        self._key = key
-        self._made: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
-
-    @property
-    def name(self) -> str:
-        return self._strategy.name
-
-    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
-        return self._strategy.relevant_types(task)
-
-    def decide(self, view: View) -> Decision:
-        return self._made.get(self._key(view.knowledge), lambda: self._strategy.decide(view))
 
 
 def zero_clock() -> float:

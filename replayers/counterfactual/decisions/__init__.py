@@ -1,0 +1,1 @@
+"""When a strategy decides alike: by what it reads of the state."""

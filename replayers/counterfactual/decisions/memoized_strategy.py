@@ -1,0 +1,68 @@
+"""What distinguishes states of knowledge to a strategy, and a strategy that decides once for each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import final
+
+from replayers.counterfactual.relevance import Relevance
+from workbench.caches import Cache
+from workbench.planning.strategy import Decision, Strategy, View
+from workbench.planning.tasks import Task
+from workbench.worlds.house import ItemType
+from workbench.worlds.knowledge import Knowledge
+
+MAX_CACHED_DECISIONS = 50_000
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StateKey:
+    """The key by which states are the same to a strategy: where things that still matter stand, and where one may
+    still look; where beliefs depend on every observation, also all that was found.
+
+    Attributes:
+        relevance: which types still matter.
+        static_beliefs: whether beliefs depend on names alone.
+        misses_left: where looks may have missed, how many items may still be overlooked.
+    """
+
+    relevance: Relevance
+    static_beliefs: bool
+    misses_left: Callable[[Knowledge], int] | None = None
+
+    def __call__(self, knowledge: Knowledge) -> Hashable:
+        live = self.relevance.live_and_shown(knowledge)
+        held = knowledge.holding.id if knowledge.holding else None
+        return (
+            live,
+            knowledge.robot_at,
+            held,
+            tuple([(at, item.id) for t in live for at, item in knowledge.where(t)]),
+            knowledge.unsearched,
+            knowledge.facts,
+            knowledge.closed,
+            () if self.static_beliefs else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
+            self.misses_left(knowledge) if self.misses_left is not None else 0,
+        )
+
+
+@final
+class MemoizedStrategy:
+    """A strategy that is asked once for each state that it can distinguish."""
+
+    def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
+        self._strategy = strategy
+        self._key = key
+        self._made: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
+
+    @property
+    def name(self) -> str:
+        return self._strategy.name
+
+    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
+        return self._strategy.relevant_types(task)
+
+    def decide(self, view: View) -> Decision:
+        return self._made.get(self._key(view.knowledge), lambda: self._strategy.decide(view))
