@@ -33,7 +33,7 @@ from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.perception import PERFECT, Perception, missing_at
 from workbench.worlds.sight.lines_of_sight import checked_radius
 from workbench.worlds.sight.sightings import PassingWays, passing_ways
-from workbench.worlds.simulated import EPOCH_NS, SIGHT_NEVER_MISSES, NavigationPaths, SimulatedWorld
+from workbench.worlds.simulated import EPOCH_NS, NavigationPaths, SimulatedWorld
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +44,7 @@ class Trial:
         house: the truth, for the simulated world (and the oracle).
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
-        miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
+        miss_rate: the chance that a look misses an item, in passing too, in [0, 1); the robot knows it.
         sees_m: how far the robot sees open furniture in passing, in metres; 0 for not at all.
         trusts_looks: the robot does not know the miss rate, and believes every look.
         memory: what the robot remembers of earlier runs.
@@ -52,7 +52,7 @@ class Trial:
         ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
 
     Raises:
-        BadValue: no sight radius, or sight together with misses or with other ways.
+        BadValue: no sight radius, or sight together with other ways.
     """
 
     house: House
@@ -70,11 +70,7 @@ class Trial:
     ways: NavigationPaths | None = None
 
     def __post_init__(self) -> None:
-        if not checked_radius(self.sees_m):
-            return
-        if self.miss_rate:
-            raise BadValue("--sees", self.sees_m, SIGHT_NEVER_MISSES)
-        if self.ways is not None:
+        if checked_radius(self.sees_m) and self.ways is not None:
             raise BadValue("--sees", self.sees_m, "given for a house, not for a surveyed site")
 
     @property

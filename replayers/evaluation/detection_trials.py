@@ -208,7 +208,8 @@ def _of_look(
         if one.item in shown:
             found = by_word.get((seen.stamp.ns, one.item), found)
         if found is not None and (named is None or one.item_type in named):
-            yield _trial(run, one, at, LOOK, detector, detected=found)
+            made = LOOK if seen.passing is None else PASSING
+            yield _trial(run, one, at, made, detector, detected=found)
 
 
 def _in_passing(

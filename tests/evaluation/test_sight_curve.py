@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,8 @@ from recorders.simulated_run import Trial, trial_events
 from workbench.beliefs.estimators import estimator
 from workbench.cli import run as lios
 from workbench.errors import BadValue
-from workbench.evaluation.search.seen_in_passing import search_with_sight
+from workbench.evaluation.search.missed_looks import MissedLooks
+from workbench.evaluation.search.seen_in_passing import Seeing, search_with_sight
 from workbench.evaluation.search.sight_curve import (
     SightSearches,
     radii_named,
@@ -40,6 +42,24 @@ COSTS = ActionCosts(search=1.0)
 @pytest.mark.parametrize("name", ["greedy", "conditioned-lios", "sight-lios"])
 @pytest.mark.parametrize(("house", "radius_m"), [(toy_house(), 0.9), (toy_house(), 2.5), (None, 2.5)])
 def test_a_search_costs_what_the_closed_loop_costs(name: str, house: House | None, radius_m: float) -> None:
+    costs_the_same(name, house, radius_m, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "house", "radius_m", "rate"),
+    [
+        ("robust-lios", toy_house(), 1.6, 0.5),
+        ("sight-lios", toy_house(), 1.6, 0.5),
+        ("conditioned-lios", None, 2.5, 0.3),
+    ],
+)
+def test_a_search_whose_looks_miss_costs_what_the_closed_loop_costs(
+    name: str, house: House | None, radius_m: float, rate: float
+) -> None:
+    costs_the_same(name, house, radius_m, rate)
+
+
+def costs_the_same(name: str, house: House | None, radius_m: float, rate: float) -> None:
     place = house or load_house(f"{shipped_houses()}:3")
     navigation = navigate(place.plan)
     travel = navigation.travel
@@ -47,18 +67,20 @@ def test_a_search_costs_what_the_closed_loop_costs(name: str, house: House | Non
     sought = queries(place, travel)[:: 3 if house else 25]
     beliefs = Beliefs(estimator("counts", origin=NameOrigin.USER), sought)
     for item in sought:
-        made = search_with_sight(
-            place, travel, item, policy(name, origin=NameOrigin.USER), beliefs, costs=COSTS, ways=ways
-        )
+        seeing = Seeing(ways=ways, misses=MissedLooks(rate=rate, seed=11))
+        searcher = policy(name, origin=NameOrigin.USER)
+        made = search_with_sight(place, item, searcher, beliefs, costs=COSTS, seeing=seeing)
         planner = strategy_of(name)
         assert planner is not None
         trial = Trial(
             house=place,
-            task=find_task(item, START),
+            task=replace(find_task(item, START), available=(item,)),
             strategy=planner,
             estimator="counts",
             costs=COSTS,
+            seed=11,
             sees_m=radius_m,
+            miss_rate=rate,
         )
         ended = outcome_of(list(trial_events(trial)))
         assert made.found
@@ -74,7 +96,7 @@ def test_a_radius_that_reaches_nothing_costs_what_no_sight_costs() -> None:
     ways = PassingWays(house.plan, navigation.travel, navigation, 0.01)
     for item in queries(house, navigation.travel):
         plain = search_trial(house, navigation.travel, item, searcher, beliefs, costs=COSTS)
-        seeing = search_with_sight(house, navigation.travel, item, searcher, beliefs, costs=COSTS, ways=ways)
+        seeing = search_with_sight(house, item, searcher, beliefs, costs=COSTS, seeing=Seeing(ways=ways))
         assert (seeing.cost, seeing.order) == (pytest.approx(plain.cost), plain.order)
 
 
@@ -126,5 +148,9 @@ def test_the_command_answers_and_refuses_what_does_not_go_together(
     assert pair["b_saves_of_a"] == pytest.approx(1 - second["cost_seeing"] / first["cost_seeing"])
     assert json.loads((tmp_path / "sight.json").read_text()) == answer
     assert lios([*words, "-o", str(tmp_path)]) == 2
-    assert lios([*words, "--miss-rate", "0.1"]) == 2
+    assert lios([*words, "--record", "-o", str(tmp_path / "more")]) == 2
     assert "without" in capsys.readouterr().err
+    assert lios([*words, "--miss-rate", "0.3", "--json"]) == 0
+    missed = json.loads(capsys.readouterr().out)
+    assert (answer["miss_rate"], missed["miss_rate"]) == (0.0, 0.3)
+    assert all(row["cost_seeing"] >= row["cost_oracle"] for row in missed["rows"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -11,12 +12,15 @@ from replayers.batch.verify import verify
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
 from replayers.doctor.examine import examine
+from replayers.evaluation.detection_trials import detection_trials
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
 from replayers.runs.state_at import moment_of
 from workbench.cli import run as lios
 from workbench.errors import Malformed
 from workbench.execution.events import RunStatus
+from workbench.log_schema.events import Observation
+from workbench.log_schema.perception_json import perception_from_settings
 from workbench.log_schema.sight_json import sight_from_settings
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.sight.lines_of_sight import LinesOfSight
@@ -105,11 +109,34 @@ def test_bad_radii_are_refused(tmp_path: Path, radius: str, capsys: pytest.Captu
     assert not path.exists()
 
 
-def test_sight_with_misses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "x.mcap"
-    assert lios(["record", "--find", "mug", "--sees", "2", "--miss-rate", "0.1", "-o", str(path)]) == 2
-    assert "without --miss-rate" in capsys.readouterr().err
-    assert not path.exists()
+def test_what_is_passed_can_be_missed_and_is_a_look_that_counts(tmp_path: Path) -> None:
+    """The robot passes the book, misses it, and finds it when it looks there."""
+    path = recorded(tmp_path / "run.mcap", house="houses:0", sees=4.0, miss_rate=0.6, strategy="robust-lios")
+    run = read(path, with_truth=True)
+    assert run.truth is not None
+    assert (sight_from_settings(run.settings), perception_from_settings(run.settings).p_detect) == (4.0, 0.4)
+    looks = Counter[str]()
+    missed = dict[str, Observation]()
+    for seen in run.observations:
+        there = {item.id for item in run.truth.contents[seen.container]}
+        if seen.known_at_start:
+            assert seen.look is None
+            assert {item.id for item in seen.items} == there, "the view from the start misses nothing"
+            continue
+        assert seen.look is not None
+        looks[seen.container] += 1
+        assert (seen.look.number, set(seen.look.p_detect)) == (looks[seen.container], {0.4})
+        if seen.passing is not None:
+            assert seen.look.viewpoint == seen.passing.viewpoint
+            assert looks[seen.container] == 1, "a container is seen in passing once"
+            if not any(item.type == "Book" for item in seen.items):
+                missed[seen.container] = seen
+    assert missed
+    first = next(b for b in run.beliefs if b.decision == next(iter(missed.values())).decision + 1)
+    assert any(first.probability[0][first.containers.index(c)] > 0 for c in missed if c in first.containers)
+    assert verify(run).same
+    assert examine(path).verdict == "fine"
+    assert [(t.made, t.detected) for t in detection_trials(run)] == [("in passing", False), ("look", True)]
 
 
 def test_memory_and_sight_go_together(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from toy import TABLE, item, toy_house
 from recorders.simulated_run import RequestedTask, Trial, record_trial, trial_events, trial_for
 from replayers.batch.verify import verify
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
+from replayers.counterfactual.relevance import Assumptions
 from replayers.counterfactual.replay import replay_on
 from replayers.counterfactual.results import Proof
 from replayers.runs.run import read
@@ -76,6 +77,46 @@ def test_bounds_are_those_of_all_consistent_worlds(
         if task is FIND:
             assert bounds.complete
             assert bounds.exact == (max(costs) - min(costs) <= 1e-6)
+
+
+@pytest.mark.parametrize("misses", [1, 2])
+@pytest.mark.parametrize(("task", "types"), [(FIND, (MUG,)), (BOTH, (MUG, BOOK))], ids=["find", "both"])
+def test_with_overlooked_items_bounds_are_those_of_all_worlds_with_so_many_more(
+    tmp_path: Path, task: Task, types: tuple[ItemType, ...], misses: int
+) -> None:
+    """What was seen in passing may hold more, as what was looked into; what was in view from the start may not."""
+    trial, _ = recorded(tmp_path, task, 1.6, "opt-greedy")
+    run = read(tmp_path / "run.mcap")
+    assert any(o.passing is not None and not o.known_at_start for o in run.observations)
+    ground = prepare_log(run, ReplaySettings(worlds=0, assumptions=Assumptions(misses=misses)))
+    looked = tuple(sorted({ContainerId(o.container) for o in run.observations if not o.known_at_start}))
+    cells = [(c, t) for c in looked for t in types]
+    chosen = [overlooked for n in range(misses + 1) for overlooked in combinations(cells, n)]
+    houses = [
+        House(
+            plan=house.plan,
+            contents={
+                c: (*items, *(item(f"{t}|more{c.replace('|', '')}") for at, t in overlooked if at == c))
+                for c, items in house.contents.items()
+            },
+        )
+        for house in consistent_houses(trial, ground, types)
+        for overlooked in chosen
+    ]
+    trusting = prepare_log(run, ReplaySettings(worlds=0))
+    for strategy in ("opt-greedy", "conditioned-lios"):
+        bounds, believed = replay_on(ground, strategy).bounds, replay_on(trusting, strategy).bounds
+        assert bounds is not None
+        assert believed is not None
+        costs = [outcome_of(list(trial_events(replace(trial, house=h, strategy=strategy)))).cost for h in houses]
+        assert bounds.lower <= min(costs) + 1e-6, strategy
+        assert bounds.upper >= max(costs) - 1e-6, strategy
+        if task is BOTH:
+            assert min(costs) < believed.lower - 1e-6 or max(costs) > believed.upper + 1e-6, strategy
+        if bounds.lower_proof is Proof.EXACT:
+            assert bounds.lower == pytest.approx(min(costs)), strategy
+        if bounds.upper_proof is Proof.EXACT:
+            assert bounds.upper == pytest.approx(max(costs)), strategy
 
 
 def test_the_recorded_run_is_reproduced_and_another_way_asks_for_what_nobody_saw(tmp_path: Path) -> None:

@@ -17,7 +17,6 @@ from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import MAX_LOOKS, Perception
-from workbench.worlds.world import LookResult
 
 NS_PER_S = 1_000_000_000
 
@@ -47,21 +46,28 @@ def worth_another_look(
 
 
 def how_looked(
-    answer: LookResult, number: int, *, perception: Perception, task: Task, viewpoint: Pose | None
+    container: ContainerId,
+    number: int,
+    *,
+    perception: Perception,
+    task: Task,
+    viewpoint: Pose | None,
+    duration_ns: int = 0,
 ) -> LookMade | None:
     """How a look was made; None where looks show everything.
 
     Args:
         number: which look into this container it is, from 1.
-        viewpoint: where the robot stood; None where that is not known.
+        viewpoint: where the robot was; None where that is not known.
+        duration_ns: 0 for a look in passing.
     """
     if perception.perfect:
         return None
     return LookMade(
         number=number,
         viewpoint=viewpoint,
-        in_view=(answer.container,),
-        duration_s=(answer.end_ns - answer.start_ns) / NS_PER_S,
+        in_view=(container,),
+        duration_s=duration_ns / NS_PER_S,
         detector=perception.detector,
         p_detect=tuple((t, perception.of(t)) for t in relevant_types(task.goal)),
         source=perception.source,

@@ -273,11 +273,12 @@ class _Run:
             support=answer.support,
             opened_by=answer.opened_by,
             look=how_looked(
-                answer,
+                container,
                 before.looks(container) + 1,
                 perception=self.perception,
                 task=self.task,
                 viewpoint=self.world.paths.standing_pose(place),
+                duration_ns=answer.end_ns - answer.start_ns,
             ),
         )
 
@@ -302,7 +303,9 @@ class _Run:
 
     def _passed(self, step: PlanStep, answer: ActionDone) -> Generator[Event, None, bool]:
         """A move on which containers or items came into view: these are known at once, and the run decides again."""
-        yield from in_passing(answer, decision=self.decision, robot_at=self.knowledge.robot_at)
+        yield from in_passing(
+            answer, decision=self.decision, before=self.knowledge, perception=self.perception, task=self.task
+        )
         stopped = step if answer.ended_at is None else replace(step, target=answer.ended_at)
         yield self._acted(stopped, answer, answer.travel_m)
         self.knowledge = knowledge_after(self.knowledge, answer, robot_at=stopped.target, travel=self.world.travel)

@@ -6,19 +6,23 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 from workbench.execution.events import ContainerObserved, ItemSighted
+from workbench.execution.further_looks import how_looked
+from workbench.planning.tasks import Task
 from workbench.worlds.house import ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.perception import Perception
 from workbench.worlds.travel import TravelCosts
 from workbench.worlds.world import ActionDone, LookResult, NotInLog
 
 
 def in_passing(
-    answer: ActionDone, *, decision: int, robot_at: LocationId
+    answer: ActionDone, *, decision: int, before: Knowledge, perception: Perception, task: Task
 ) -> Iterator[ContainerObserved | ItemSighted]:
     """The observations made on a move, in the order in which containers and then single items came into view.
 
     Args:
-        robot_at: where the move began.
+        before: what the robot knew where the move began.
+        perception: where looks can miss, so can one in passing, and the observation says how it was made.
     """
     for seen in answer.seen:
         yield ContainerObserved(
@@ -26,8 +30,15 @@ def in_passing(
             decision=decision,
             container=seen.container,
             items=seen.items,
-            robot_at=robot_at,
+            robot_at=before.robot_at,
             support=seen.support,
+            look=how_looked(
+                seen.container,
+                before.looks(seen.container) + 1,
+                perception=perception,
+                task=task,
+                viewpoint=seen.viewpoint,
+            ),
             passing_from=seen.viewpoint,
         )
     for item in answer.items_seen:
@@ -36,7 +47,7 @@ def in_passing(
             decision=decision,
             container=item.container,
             item=item.item,
-            robot_at=robot_at,
+            robot_at=before.robot_at,
             viewpoint=item.viewpoint,
             support=item.support,
         )

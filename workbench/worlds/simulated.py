@@ -33,7 +33,6 @@ from workbench.worlds.world import ActionDone, ActionRefused, LookResult, SeenIn
 EPOCH_NS = 1_767_225_600_000_000_000
 """2026-01-01T00:00:00Z."""
 NS_PER_S = 1_000_000_000
-SIGHT_NEVER_MISSES = "given without --miss-rate: what is seen in passing is never missed"
 METRE_S, LOOK_S, HANDLE_S = 1.0, 2.0, 5.0
 
 
@@ -52,14 +51,15 @@ class SimulatedWorld:
         house: the true house.
         navigation: its travel costs and paths.
         known: containers whose contents the robot knows before it starts.
-        miss_rate: the chance that a look misses an item, drawn for each item and look.
+        miss_rate: the chance that a look misses an item, drawn for each item and look; one in passing is a look, the
+            view from the start pose misses nothing.
         seed: of those draws.
         passing: the ways of a robot that sees open furniture in passing; None for one that does not.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
 
     Raises:
         UnknownName: a known container that is not in the house.
-        BadValue: a miss rate outside [0, 1), or one with sight in passing, which never misses.
+        BadValue: a miss rate outside [0, 1).
     """
 
     def __init__(
@@ -75,8 +75,6 @@ class SimulatedWorld:
     ) -> None:
         if not 0 <= miss_rate < 1:
             raise BadValue("miss rate", miss_rate, "at least 0 and below 1")
-        if passing is not None and miss_rate:
-            raise BadValue("--sees", passing.radius_m, SIGHT_NEVER_MISSES)
         self._miss_rate, self._seed = miss_rate, seed
         self._looks: Counter[ContainerId] = Counter()
         self._house = house
@@ -142,7 +140,7 @@ class SimulatedWorld:
             location,
             seeking=seeking,
             known=self._seen,
-            shows=lambda container: tuple(self._there[LocationId(container)]),
+            shows=self._shown,
         )
         if not isinstance(walk, Walk):
             return self._refuse(f"no way from {self._at} to {location}")
@@ -167,13 +165,18 @@ class SimulatedWorld:
         if self._at != LocationId(container):
             return self._refuse(f"the robot stands at {self._at}, not at {container}")
         done = self._done(LOOK_S)
-        items = tuple(i for i in self._there[LocationId(container)] if not self._misses(i.id, container))
-        self._looks[container] += 1
+        items = self._shown(container)
         self._seen.add(container)
         return LookResult(start_ns=done.start_ns, end_ns=done.end_ns, container=container, items=items)
 
-    def _misses(self, item: ItemId, container: ContainerId) -> bool:
-        return is_missed(item, container, look=self._looks[container], rate=self._miss_rate, seed=self._seed)
+    def _shown(self, container: ContainerId) -> tuple[Item, ...]:
+        """What one more look into a container shows."""
+        look, self._looks[container] = self._looks[container], self._looks[container] + 1
+        return tuple(
+            item
+            for item in self._there[LocationId(container)]
+            if not is_missed(item.id, container, look=look, rate=self._miss_rate, seed=self._seed)
+        )
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         """Pick an item at the robot's location; the hand must be free."""

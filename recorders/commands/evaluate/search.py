@@ -118,8 +118,8 @@ def search(
     if sees:
         from recorders.commands.evaluate.sight_table import show_sight
 
-        if memory or record or request.folds is not None or dry_run or miss_rate or workers > 1 or scheduler:
-            given = "given without --memory, --record, --folds, --miss-rate, --workers, --scheduler and --dry-run"
+        if memory or record or request.folds is not None or dry_run or workers > 1 or scheduler:
+            given = "given without --memory, --record, --folds, --workers, --scheduler and --dry-run"
             raise BadValue("--sees", sees, given)
         show_sight(request, sees, output, force=force, json=json)
         return

@@ -48,6 +48,7 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
         paper_estimator=request.paper_estimator,
         asked=request.asked(),
         costs=ActionCosts(search=request.search_cost),
+        miss_rate=request.miss_rate,
         seed=request.seed,
     )
     made = list(progress(searches_with_sight(request.chosen_houses(), settings), title="Searching"))
@@ -61,6 +62,7 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
         "file": str(request.file),
         "split": request.split,
         "estimator": request.estimator,
+        "miss_rate": request.miss_rate,
         "seed": request.seed,
         "skipped": skipped_rows(skipped),
     }

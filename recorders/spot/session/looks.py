@@ -85,9 +85,10 @@ def look_made(
     to = container.pose
     heading_rad = atan2(to.y_m - robot[1], to.x_m - robot[0])
     return how_looked(
-        result,
+        result.container,
         knowledge.looks(container.id) + 1,
         perception=perception,
         task=task,
         viewpoint=Pose(x_m=robot[0], y_m=robot[1], yaw_rad=heading_rad),
+        duration_ns=result.end_ns - result.start_ns,
     )

@@ -77,15 +77,13 @@ def replay(
     from replayers.counterfactual.bounds.bounds import budget_of
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.evaluation.trials import MeasurementSettings, outside_bounds, tasks_for
-    from workbench.errors import BadValue, Failed, OutputExists, WrongKind
+    from workbench.errors import Failed, OutputExists, WrongKind
     from workbench.terminal import say
     from workbench.worlds.perception import missing_at
     from workbench.worlds.sight.lines_of_sight import checked_radius
-    from workbench.worlds.simulated import SIGHT_NEVER_MISSES
 
     missing_at(miss_rate)
-    if checked_radius(sees) and miss_rate:
-        raise BadValue("--sees", sees, SIGHT_NEVER_MISSES)
+    checked_radius(sees)
     if output is not None and output.exists() and not force:
         raise OutputExists(output)
     names, wanted = _asked(strategies, scenarios)

@@ -5,7 +5,6 @@ A trial depends only on its house, item type and policy, so the number of worker
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -17,7 +16,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.beliefs.fold_weights import FoldEstimators
 from workbench.evaluation.cluster import run_in_order
-from workbench.evaluation.search.missed_looks import START_OVER, MissedLooks, search_with_misses
+from workbench.evaluation.search.missed_looks import START_OVER, MissedLooks, draw_of, search_with_misses
 from workbench.evaluation.search.table import GREEDY
 from workbench.evaluation.search.trials import (
     ASKS_NO_BELIEF,
@@ -72,9 +71,8 @@ class Experiment:
 
     def misses_of(self, name: str, house: str, item_type: ItemType) -> MissedLooks:
         """How looks miss in the trial of a policy; the draws are the same for all policies."""
-        drawn = int.from_bytes(hashlib.sha256(f"{self.seed}/{house}/{item_type}".encode()).digest()[:4], "big")
         rate = 0.0 if name == ORACLE else self.miss_rate
-        return MissedLooks(rate=rate, seed=drawn >> 1, start_over=name.endswith(START_OVER))
+        return MissedLooks(rate=rate, seed=draw_of(self.seed, house, item_type), start_over=name.endswith(START_OVER))
 
 
 _Job: TypeAlias = "tuple[Experiment, FloorPlan, Contents, tuple[ItemType, ...] | None]"

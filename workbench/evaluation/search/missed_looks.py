@@ -6,6 +6,7 @@ as POLICY@start-over, as if it had seen nothing. The oracle knows what stands wh
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
 from dataclasses import dataclass, replace
 
@@ -42,6 +43,20 @@ class MissedLooks:
     rate: float = 0.0
     seed: int = 0
     start_over: bool = False
+
+    def shown(self, house: House, container: ContainerId, look: int) -> tuple[Item, ...]:
+        """What a look into a container shows, the first being number 0."""
+        there = house.contents[container]
+        return tuple(i for i in there if not is_missed(i.id, container, look=look, rate=self.rate, seed=self.seed))
+
+
+NO_MISSES = MissedLooks()
+"""Looks that show everything."""
+
+
+def draw_of(seed: int, house: str, item_type: ItemType) -> int:
+    """The seed of the misses in one query: the same for every policy."""
+    return int.from_bytes(hashlib.sha256(f"{seed}/{house}/{item_type}".encode()).digest()[:4], "big") >> 1
 
 
 def search_with_misses(
@@ -84,10 +99,10 @@ def search_with_misses(
         if container is None:
             break
         if estimator is not None:
-            said.append(_chance_to_find(query.belief, item_type, container))
+            said.append(chance_to_find(query.belief, item_type, container))
         there = LocationId(container)
         cost += _metres(travel, knowledge.robot_at, there) + costs.search
-        shown = tuple(i for i in house.contents[container] if not _missed(i, container, looks[container], misses))
+        shown = misses.shown(house, container, looks[container])
         knowledge = knowledge.moved(there).seen(container, shown)
         looks[container] += 1
         order.append(container)
@@ -105,11 +120,8 @@ def search_with_misses(
     )
 
 
-def _missed(item: Item, container: ContainerId, look: int, misses: MissedLooks) -> bool:
-    return is_missed(item.id, container, look=look, rate=misses.rate, seed=misses.seed)
-
-
-def _chance_to_find(belief: Belief, item_type: ItemType, container: ContainerId) -> float:
+def chance_to_find(belief: Belief, item_type: ItemType, container: ContainerId) -> float:
+    """The probability that the next look into a container finds the item type."""
     return float(belief.of(item_type)[belief.containers.index(container)]) * belief.detects(item_type)
 
 

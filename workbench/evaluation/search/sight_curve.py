@@ -11,17 +11,27 @@ import numpy as np
 
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, LiosError
-from workbench.evaluation.search.seen_in_passing import search_with_sight
-from workbench.evaluation.search.trials import ASKS_NO_BELIEF, PAPER_POLICY, Beliefs, queries, search_trial
+from workbench.evaluation.search.missed_looks import MissedLooks, draw_of, search_with_misses
+from workbench.evaluation.search.seen_in_passing import Seeing, search_with_sight
+from workbench.evaluation.search.trials import (
+    ASKS_NO_BELIEF,
+    PAPER_POLICY,
+    Beliefs,
+    SearchTrial,
+    queries,
+    search_trial,
+)
 from workbench.evaluation.statistics import mean_with_interval, ratio_with_interval
 from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.search.policies.oracle import oracle_policy
 from workbench.search.policies.registry import policy
+from workbench.search.policy import SearchPolicy
 from workbench.worlds.house import House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.sight.lines_of_sight import checked_radius
 from workbench.worlds.sight.sightings import PassingWays
+from workbench.worlds.travel import TravelCosts
 
 
 def radii_named(text: str) -> tuple[float, ...]:
@@ -51,7 +61,8 @@ class SightSearches:
         radii_m: how far the robot sees, in metres.
         estimator: of all policies but the paper's, whose is paper_estimator.
         asked: item types by house; None for all. Houses without an entry are left out.
-        seed: of the bootstrap.
+        miss_rate: the chance that a look misses an item, with sight and without; the oracle's never do.
+        seed: of the draws of misses and of the bootstrap.
     """
 
     policies: tuple[str, ...]
@@ -60,7 +71,12 @@ class SightSearches:
     paper_estimator: str = "fcnn"
     asked: Mapping[str, tuple[ItemType, ...]] | None = None
     costs: ActionCosts = SIMULATION_COSTS
+    miss_rate: float = 0.0
     seed: int = 0
+
+    def misses_of(self, house: str, item_type: ItemType) -> MissedLooks:
+        """How looks miss in one query."""
+        return MissedLooks(rate=self.miss_rate, seed=draw_of(self.seed, house, item_type))
 
     def beliefs_of(self, name: str, sought: tuple[ItemType, ...]) -> Beliefs | None:
         """The beliefs of a policy in one house; None for one that uses none."""
@@ -116,9 +132,11 @@ def _in_house(house: House, settings: SightSearches) -> Iterator[SightCost]:
         searcher, beliefs = policy(name, origin=NameOrigin.USER), settings.beliefs_of(name, sought)
         for item in sought:
             least = search_trial(house, travel, item, oracle, None, costs=settings.costs).cost
-            without = search_trial(house, travel, item, searcher, beliefs, costs=settings.costs)
+            misses = settings.misses_of(house.plan.name, item)
+            without = _without_sight(house, travel, item, searcher, beliefs, settings.costs, misses)
             for way in ways:
-                seeing = search_with_sight(house, travel, item, searcher, beliefs, costs=settings.costs, ways=way)
+                seen = Seeing(ways=way, misses=misses)
+                seeing = search_with_sight(house, item, searcher, beliefs, costs=settings.costs, seeing=seen)
                 yield SightCost(
                     radius_m=way.radius_m,
                     policy=name,
@@ -129,6 +147,21 @@ def _in_house(house: House, settings: SightSearches) -> Iterator[SightCost]:
                     searches_without=len(without.order),
                     searches_seeing=len(seeing.order),
                 )
+
+
+def _without_sight(
+    house: House,
+    travel: TravelCosts,
+    item: ItemType,
+    searcher: SearchPolicy,
+    beliefs: Beliefs | None,
+    costs: ActionCosts,
+    misses: MissedLooks,
+) -> SearchTrial:
+    if not misses.rate:
+        return search_trial(house, travel, item, searcher, beliefs, costs=costs)
+    believer = None if beliefs is None else beliefs.estimator
+    return search_with_misses(house, travel, item, searcher, believer, costs=costs, misses=misses)
 
 
 def sight_rows(costs: Sequence[SightCost], *, seed: int) -> list[dict[str, Any]]:
