@@ -118,8 +118,9 @@ def test_searches_are_recorded_but_for_those_that_start_over(
 
 
 @pytest.mark.parametrize(("rate", "said"), [("1", "miss rate"), ("-0.1", "miss rate"), ("nan", "--miss-rate")])
-def test_a_rate_out_of_range_is_one_line(rate: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert lios(["evaluate", "search", "--miss-rate", rate]) == 2
+@pytest.mark.parametrize("of", ["search", "tasks"])
+def test_a_rate_out_of_range_is_one_line(of: str, rate: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert lios(["evaluate", of, "--miss-rate", rate]) == 2
     assert said in capsys.readouterr().err
 
 

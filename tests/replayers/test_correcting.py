@@ -117,7 +117,8 @@ def test_what_says_nothing_of_the_run_is_refused(
 
 def test_a_moment_outside_the_run_and_an_end_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = write_toy_log(tmp_path / "a.mcap")
-    assert "within the run, 0 to" in told(capsys, "log", "note", log, "--seen", f"bowl@{TABLE}", "--at", "900")
+    for moment in ("900", "-5"):
+        assert "within the run, 0 to" in told(capsys, "log", "note", log, "--seen", f"bowl@{TABLE}", "--at", moment)
     assert "left out" in told(capsys, "log", "note", log, "--seen", f"bowl@{TABLE}", "--until", "9")
 
 

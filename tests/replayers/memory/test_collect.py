@@ -156,6 +156,33 @@ def test_logs_of_one_time_that_differ_are_refused_and_of_two_days_are_not(tmp_pa
     assert len(history_of([run, later(differs, 1.0)]).runs) == 2
 
 
+def test_the_commands_refuse_a_memory_that_cannot_be_one(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of another place, of no time before the run, and of logs that contradict one another."""
+    other, contradicting, made = tmp_path / "other", tmp_path / "contradicting", tmp_path / "x.mcap"
+    record(other / "a.mcap", house="houses:3", find="book", strategy="opt-greedy", estimator="counts")
+    for name, moved in (("a", 0.0), ("b", 1.0)):
+        record(
+            contradicting / f"{name}.mcap", find="book", strategy="opt-greedy", memory=[folder], moved=moved, day=1
+        )
+    run = str(folder / "apple.mcap")
+    for words, said in (
+        (
+            ["record", "--find", "apple", "-o", str(made), "--memory", str(other)],
+            "Give --memory only logs of the place",
+        ),
+        (["record", "--find", "apple", "-o", str(made), "--memory", str(contradicting)], "they are not of one house"),
+        (["replay", run, "-s", "greedy", "--memory", str(other)], "Give --memory only logs of the place"),
+        (["replay", run, "-s", "greedy", "--memory", str(folder)], "ended before this run began"),
+    ):
+        assert lios(words) == 2
+        told = capsys.readouterr().err.strip()
+        assert said in told
+        assert "\n" not in told
+    assert not made.exists()
+
+
 def test_logs_without_looks_are_refused(tmp_path: Path) -> None:
     with pytest.raises(NoLooks):
         history_of([replace(toy_run(tmp_path), observations=())], where="here")
