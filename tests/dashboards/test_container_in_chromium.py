@@ -35,11 +35,11 @@ def browser() -> Iterator[Browser]:
         yield running
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1000, 700)])
+@pytest.mark.parametrize(("width", "height", "theme"), [(1440, 900, "light"), (1000, 700, "dark")])
 def test_a_click_in_the_table_opens_the_container(
-    browser: Browser, dashboard: Dashboard, tmp_path: Path, width: int, height: int
+    browser: Browser, dashboard: Dashboard, tmp_path: Path, width: int, height: int, theme: str
 ) -> None:
-    page = open_view(browser, dashboard.link(), width=width, height=height)
+    page = open_view(browser, dashboard.link(f"theme={theme}"), width=width, height=height)
     page.keyboard.press("End")
     page.get_by_role("tab", name="Belief", exact=True).click()
     page.locator("table[data-table=beliefs] [data-lios^=look]", has_text=re.compile("^dining table", re.I)).click()

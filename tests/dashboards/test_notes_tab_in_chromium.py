@@ -27,11 +27,13 @@ def browser() -> Iterator[Browser]:
         yield running
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1000, 700)])
-def test_a_typed_note_is_in_the_log_and_on_show(browser: Browser, tmp_path: Path, width: int, height: int) -> None:
+@pytest.mark.parametrize(("width", "height", "theme"), [(1440, 900, "light"), (1000, 700, "dark")])
+def test_a_typed_note_is_in_the_log_and_on_show(
+    browser: Browser, tmp_path: Path, width: int, height: int, theme: str
+) -> None:
     log = write_toy_log(tmp_path / "run.mcap")
     dashboard = open_dashboard([log], port=0)
-    page = open_view(browser, dashboard.link(), width=width, height=height)
+    page = open_view(browser, dashboard.link(f"theme={theme}"), width=width, height=height)
     page.keyboard.press("End")
     page.get_by_role("tab", name="Notes", exact=True).click()
     page.locator("textarea:visible").first.fill("the door was <b>stuck</b>")

@@ -56,9 +56,12 @@ def test_a_thousand_logs_are_ordered_grouped_filtered_and_opened(browser: Browse
     dashboard.stop()
 
 
-def test_twenty_runs_of_one_task_are_all_there_with_numbers(browser: Browser, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("width", "height", "theme"), [(1440, 900, "light"), (1000, 700, "dark")])
+def test_twenty_runs_of_one_task_are_all_there_with_numbers(
+    browser: Browser, tmp_path: Path, width: int, height: int, theme: str
+) -> None:
     dashboard = open_dashboard(_copies(tmp_path, 26), port=0)
-    page = open_view(browser, dashboard.link(), width=1440, height=900)
+    page = open_view(browser, dashboard.link(f"theme={theme}"), width=width, height=height)
     marks = page.locator(".lios-timeline .whose span")
     expect(marks).to_have_count(24)
     expect(marks.nth(23)).to_have_text("24")

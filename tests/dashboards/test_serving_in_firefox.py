@@ -54,6 +54,39 @@ def test_the_dashboard_draws_seeks_and_restores(tab: Firefox) -> None:
         dashboard.stop()
 
 
+def test_a_click_opens_a_container_and_the_page_can_be_dark(tab: Firefox) -> None:
+    dashboard = open_dashboard(LOGS, port=0)
+    try:
+        tab.goto(dashboard.link("theme=dark"))
+        tab.until("document.querySelector('.lp .facts') !== null")
+        tab.until("document.documentElement.dataset.mantineColorScheme === 'dark'")
+        tab.until("window.liosDrawn === true")
+        tab.click("//table[@data-table='beliefs']//*[starts-with(@data-lios, 'look ')]")
+        tab.until("document.body.innerText.includes('What was there')")
+        tab.until("location.search.includes('container=')")
+        tab.until("!document.body.innerText.includes('Ground truth at the start')")
+        tab.click("//label[normalize-space()='Ground truth']")
+        tab.until("document.body.innerText.includes('Ground truth at the start')")
+        tab.goto("about:blank")
+        tab.goto(dashboard.url + "/?container=nowhere&follow=1")
+        tab.until("document.body.innerText.includes('Decision')")
+        tab.until("location.search.includes('follow=1')")
+    finally:
+        tab.goto("about:blank")
+        dashboard.stop()
+
+
+def test_ghosts_run_beside_a_log_that_is_followed(tab: Firefox) -> None:
+    dashboard = open_dashboard(LOGS[1:], port=0, follow=True, ghosts="model-lios")
+    try:
+        tab.goto(dashboard.link())
+        tab.until("document.querySelectorAll('table[data-table=ghosts] tbody tr').length === 2", seconds=180)
+        tab.until("document.querySelector('[data-live=verdict]').innerText.includes('provably beaten')")
+    finally:
+        tab.goto("about:blank")
+        dashboard.stop()
+
+
 def test_the_offline_page_draws_and_plays(tab: Firefox, tmp_path: Path) -> None:
     library = Library(LOGS)
     path = tmp_path / "run.html"
