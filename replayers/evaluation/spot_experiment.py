@@ -43,7 +43,7 @@ class SpotExperiment:
         estimator: estimator of our strategies and plug-ins; paper_estimator: of the paper's strategies.
         images_hz: pictures per second; the shipped logs have few.
         raw: also log bosdyn's messages as received, and a depth camera, which viewers show from those.
-        sees_m: how far tags count that are seen in passing; 0 for not at all.
+        sees_m: how far tags count that are seen in passing; 0 for not at all, as in the paper.
         miss_rate: what the robot's detector misses from nearby (MissedTags); None for nothing that is in view.
     """
 
@@ -57,7 +57,7 @@ class SpotExperiment:
     seed: int = 0
     images_hz: float = 0.03
     raw: bool = True
-    sees_m: float = 3.0
+    sees_m: float = 0.0
     miss_rate: float | None = None
     force: bool = False
 

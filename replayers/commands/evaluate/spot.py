@@ -37,9 +37,9 @@ def spot(
     sees: Annotated[
         float,
         Option(
-            "--sees", min=0, max=20, help="Metres from which tags count that are seen in passing; 0 for not at all."
+            "--sees", min=0, max=20, help="Metres from which a tag seen in passing counts; 0, as in the paper: none."
         ),
-    ] = 3.0,
+    ] = 0.0,
     miss_rate: Annotated[
         float | None,
         Option(
