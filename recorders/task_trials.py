@@ -17,6 +17,7 @@ from workbench.files import file_name_of
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place
+from workbench.log_schema.sight_json import sight_to_settings
 from workbench.worlds.perception import missing_at
 
 
@@ -44,7 +45,10 @@ class TrialRecorder:
             costs=trial.costs,
             truth=trial.house.contents,
             force=True,
-            settings=perception_to_settings(missing_at(trial.misses_of(strategy))),
+            settings={
+                **perception_to_settings(missing_at(trial.misses_of(strategy))),
+                **sight_to_settings(trial.sees_m),
+            },
         ) as recorder:
             recorder.record(first)
             yield first
@@ -62,10 +66,11 @@ def _info(trial: PreparedTrial, strategy: str, estimator: Estimator, first: Even
     key, place = trial.key, trial.house.plan.name
     rate = trial.misses_of(strategy)
     missing = f"/miss rate {rate!r}" if rate else ""
+    seeing = f"/sees {trial.sees_m!r}" if trial.sees_m else ""
     return run_info(
         trial.task,
         Driver(strategy=strategy, estimator=estimator.name, seed=key.seed),
-        id=run_id(f"{place}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}{missing}"),
+        id=run_id(f"{place}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}{missing}{seeing}"),
         place=place,
         started_ns=first.stamp_ns,
     )

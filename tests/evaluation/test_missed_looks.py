@@ -25,6 +25,7 @@ from workbench.evaluation.tasks.trials import trial_keys
 from workbench.evaluation.tasks.workers import Unit, run_unit
 from workbench.execution.events import ContainerObserved
 from workbench.execution.loop import outcome_of, run_task
+from workbench.log_schema.sight_json import sight_from_settings
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import find_task
 from workbench.search.costs import ROBOT_COSTS, SIMULATION_COSTS
@@ -151,5 +152,21 @@ def test_tasks_with_misses_draw_them_alike_and_are_recorded(tmp_path: Path) -> N
     )  # fmt: skip
     with TrialStore(tmp_path / "out", settings_) as store:
         store.add(rows[:1])
-    with pytest.raises(DifferentEvaluation, match="miss_rate"):
-        TrialStore(tmp_path / "out", msgspec.structs.replace(settings_, miss_rate=0.1))
+    for changed in ({"miss_rate": 0.1}, {"sees_m": 2.5}):
+        with pytest.raises(DifferentEvaluation, match=next(iter(changed))):
+            TrialStore(tmp_path / "out", msgspec.structs.replace(settings_, **changed))
+
+
+def test_tasks_with_sight_see_in_passing_and_are_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", "conditioned-lios", "--estimator", "counts"]
+    words += ["-n", "1", "--sees", "2.5", "--miss-rate", "0.3", "--record", "-o", str(tmp_path), "--json"]
+    assert lios(words) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["sees_m"], answer["miss_rate"]) == (2.5, 0.3)
+    (log,) = tmp_path.rglob("*conditioned-lios.mcap")
+    run = read(log)
+    assert sight_from_settings(run.settings) == 2.5
+    assert any(o.passing is not None for o in run.observations)
+    assert verify(run).same
+    assert lios([*words[:-1], "--memory"]) == 2
+    assert lios([*words, "--sees", "-1"]) == 2

@@ -14,8 +14,8 @@ from workbench.log_schema.place import Place, place_from_json, place_to_json
 from workbench.worlds.house import START, ItemId, ItemType, LocationId
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.sight.sightings import PassingWays, UnknownSight, Walk, passing_ways, stop_point
-from workbench.worlds.simulated import SimulatedWorld
-from workbench.worlds.world import ActionDone, ActionRefused
+from workbench.worlds.simulated import SimulatedWorld, is_missed
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult
 
 MUG, PILLOW = ItemType("Mug"), ItemType("Pillow")
 HOUSE = toy_house()
@@ -154,6 +154,20 @@ def test_a_simulated_robot_stops_and_can_put_nothing_down_there() -> None:
     )
 
 
-def test_sight_and_misses_do_not_go_together() -> None:
-    with pytest.raises(BadValue, match="without --miss-rate"):
-        SimulatedWorld(HOUSE, NAVIGATION, passing=ways(), miss_rate=0.1)
+def test_what_is_passed_is_a_look_that_can_miss_and_the_view_from_the_start_is_not() -> None:
+    """The draws are those of numbered looks: a look after passing is the second one, with a draw of its own."""
+    missed_first = 0
+    for seed in range(20):
+        world = SimulatedWorld(HOUSE, NAVIGATION, passing=ways(), miss_rate=0.5, seed=seed)
+        assert world.known_at_start() == {c: HOUSE.contents[c] for c in (COUNTER, TABLE)}
+        gone = world.go_to(LocationId(DESK))
+        assert isinstance(gone, ActionDone)
+        passed = {seen.container: seen.items for seen in gone.seen}
+        looked = world.look_into(DESK)
+        assert isinstance(looked, LookResult)
+        for shown, number in ((passed[DESK], 0), (looked.items, 1)):
+            there = HOUSE.contents[DESK]
+            missed = {i.id for i in there if is_missed(i.id, DESK, look=number, rate=0.5, seed=seed)}
+            assert {i.id for i in shown} == {i.id for i in there} - missed
+        missed_first += len(passed[DESK]) < len(looked.items)
+    assert missed_first

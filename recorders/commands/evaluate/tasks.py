@@ -18,6 +18,7 @@ from workbench.options import (
     MoveRatesFile,
     RecordTrials,
     Scheduler,
+    Sees,
     Split,
     Workers,
 )
@@ -45,6 +46,7 @@ def tasks(
     ] = "",
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
     miss_rate: MissRate = 0.0,
+    sees: Sees = 0.0,
     workers: Workers = 1,
     scheduler: Scheduler = "",
     split: Split = "test",
@@ -73,6 +75,7 @@ def tasks(
     All strategies, the oracle among them, run the same trials. To resume a stopped evaluation, give the same
     command again; costs do not depend on the number of workers. With --miss-rate, looks miss items, with the same
     draws for every strategy, and strategies continue until what must exist is found; the oracle's looks never miss.
+    With --sees, every robot sees open furniture in passing.
 
     Examples:
 
@@ -100,6 +103,7 @@ def tasks(
     from workbench.worlds.perception import missing_at
     from workbench.worlds.procthor.assets import assets_for
     from workbench.worlds.shipped import shipped_houses
+    from workbench.worlds.sight.lines_of_sight import checked_radius
 
     missing_at(miss_rate)
     if record and output is None:
@@ -119,6 +123,7 @@ def tasks(
         folds=dealt_as.count if dealt_as else 0,
         also=tuple(str(path.absolute()) for path in dealt_as.also) if dealt_as else (),
         miss_rate=miss_rate,
+        sees_m=checked_radius(sees),
     )
     meant = cell_filter(cells)
     chosen = [(s, n) for s in request.scenarios for n in request.strategies if meant(s, n)]
@@ -128,8 +133,11 @@ def tasks(
     if memory or rates is not None:
         from recorders.commands.evaluate.memory_tables import show_tasks
 
-        if not memory or record or cells or dealt_as is not None or dry_run or scheduler or miss_rate or workers > 1:
-            given = "given for --rates, and alone: without --record, --folds, --workers, --scheduler, --miss-rate, -k"
+        alone = not (record or cells or dealt_as or dry_run or scheduler or miss_rate or sees or workers > 1)
+        if not memory or not alone:
+            given = (
+                "given for --rates, and without --record, --folds, --workers, --scheduler, --miss-rate, --sees, -k"
+            )
             raise BadValue("--memory", memory, given)
         show_tasks(request, rates, output, force=force, json=json)
         return

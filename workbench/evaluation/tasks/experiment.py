@@ -39,6 +39,7 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
         folds: number of cross-validation folds over the training houses; 0 for none.
         also: files of training-only houses, with folds.
         miss_rate: the chance that a look misses an item.
+        sees_m: how far the robot sees open furniture in passing, in metres; 0 for not at all.
     """
 
     houses: str = ""
@@ -53,6 +54,7 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
     folds: int = 0
     also: tuple[str, ...] = ()
     miss_rate: float = 0.0
+    sees_m: float = 0.0
 
     @property
     def fold_settings(self) -> Folds | None:
@@ -203,6 +205,7 @@ def remaining_units(
                     assets=request.assets,
                     event_hook=event_hook,
                     miss_rate=request.miss_rate,
+                    sees_m=request.sees_m,
                 )
             )
     return units

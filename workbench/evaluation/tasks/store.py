@@ -93,9 +93,24 @@ def _locked_folder(folder: Path) -> BinaryIO:
     return lock
 
 
+SAME_FIELDS = (
+    "houses",
+    "split",
+    "seed",
+    "estimator",
+    "paper_estimator",
+    "assets",
+    "folds",
+    "also",
+    "miss_rate",
+    "sees_m",
+)
+"""What an evaluation has in common with the one that it extends."""
+
+
 def _same_request(folder: Path, theirs: TaskRequest, ours: TaskRequest) -> None:
     """Check that only trials, scenarios or strategies differ, which extend the evaluation."""
-    for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets", "folds", "also", "miss_rate"):
+    for field in SAME_FIELDS:
         if getattr(theirs, field) != getattr(ours, field):
             raise DifferentEvaluation(folder, field, getattr(theirs, field), getattr(ours, field))
 

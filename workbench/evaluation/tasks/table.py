@@ -42,6 +42,7 @@ def answer_of(request: TaskRequest, planned: PlannedTrials, rows: Sequence[TaskR
         "also": list(request.also),
         "assets": request.assets or None,
         "miss_rate": request.miss_rate,
+        "sees_m": request.sees_m,
         "seed": request.seed,
         "rows": table(rows, seed=request.seed),
         "pairs": pairs(rows, seed=request.seed),

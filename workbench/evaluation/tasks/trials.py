@@ -32,6 +32,7 @@ from workbench.worlds.house import ContainerId, House
 from workbench.worlds.maps.navigation import Navigation, navigate
 from workbench.worlds.perception import missing_at
 from workbench.worlds.procthor.load import load_house
+from workbench.worlds.sight.sightings import passing_ways
 from workbench.worlds.simulated import SimulatedWorld
 
 
@@ -52,6 +53,7 @@ class PreparedTrial:
 
     Attributes:
         miss_rate: the chance that a look misses an item, drawn alike for every strategy; the oracle's never miss.
+        sees_m: how far the robot sees open furniture in passing, in metres; 0 for not at all.
     """
 
     key: TrialKey
@@ -61,6 +63,7 @@ class PreparedTrial:
     known: tuple[ContainerId, ...]
     costs: ActionCosts
     miss_rate: float = 0.0
+    sees_m: float = 0.0
 
     def misses_of(self, strategy: str | Strategy) -> float:
         """The chance that a look of a run with that strategy misses an item."""
@@ -82,7 +85,14 @@ class PreparedTrial:
             house=self.house,
             perception=missing_at(rate),
         )
-        world = SimulatedWorld(self.house, self.navigation, known=self.known, miss_rate=rate, seed=self.key.seed)
+        world = SimulatedWorld(
+            self.house,
+            self.navigation,
+            known=self.known,
+            miss_rate=rate,
+            seed=self.key.seed,
+            passing=passing_ways(self.house.plan, self.navigation.travel, self.navigation, self.sees_m),
+        )
         return setup.events(world)
 
 
@@ -133,7 +143,12 @@ def trial_keys(
 
 
 def prepare_trial(
-    key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIMULATION_COSTS, miss_rate: float = 0.0
+    key: TrialKey,
+    *,
+    assets: Path | None = None,
+    costs: ActionCosts = SIMULATION_COSTS,
+    miss_rate: float = 0.0,
+    sees_m: float = 0.0,
 ) -> PreparedTrial:
     """The trial's house, task and start.
 
@@ -160,6 +175,7 @@ def prepare_trial(
             known=start.known,
             costs=costs,
             miss_rate=miss_rate,
+            sees_m=sees_m,
         )
     raise AssertionError("unreachable")
 

@@ -22,12 +22,13 @@ class Unit:
     assets: str = ""
     event_hook: EventHook | None = None
     miss_rate: float = 0.0
+    sees_m: float = 0.0
 
 
 def run_unit(unit: Unit) -> list[TaskRow]:
     """Run one trial with several strategies; executed by workers."""
     assets = Path(unit.assets) if unit.assets else None
-    trial = prepare_trial(unit.key, assets=assets, miss_rate=unit.miss_rate)
+    trial = prepare_trial(unit.key, assets=assets, miss_rate=unit.miss_rate, sees_m=unit.sees_m)
     return [
         run_trial(trial, name, estimator=estimator, event_hook=unit.event_hook) for name, estimator in unit.strategies
     ]
