@@ -34,6 +34,7 @@ from dashboards.model.labels import label
 from dashboards.model.run_names import run_names
 from dashboards.model.timeline import Timeline
 from dashboards.palette import GOAL, IN_SIGHT, ITEM, OCCUPIED, SIGHT, UNOPENED, UNSEEN, run_colour
+from dashboards.panels.comparison import mismatches
 from dashboards.panels.markup import html, text
 from dashboards.panels.now import run_signs, title
 from dashboards.panels.strip import strip
@@ -119,7 +120,7 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
     ]
     runs[0] |= sight_data(first, house_shape(first.plan).tops_m)
     return {
-        "title": title(first) + _left_out_note(elsewhere),
+        "title": title(first) + mismatches(clock) + _left_out_note(elsewhere),
         "plainTitle": first.task_words,
         "tabs": TABS if len(timelines) > 1 else TABS[:-1],
         "labelled": LABELLED,

@@ -69,6 +69,8 @@ class Library:
         """What the logs remember of their place, where that was asked for."""
         self.ghosts: GhostReport | None = None
         """What the replays beside a run that is being recorded say; None where there are none."""
+        self.followed = False
+        """Whether a run that has not ended is still being recorded."""
         self._growing: dict[int, GrowingLog] = {}
         self._awaited: frozenset[int] = frozenset()
 

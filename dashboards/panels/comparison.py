@@ -39,7 +39,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown
         for i, (timeline, scene) in enumerate(zip(clock.timelines, scenes, strict=True))
     ]
     made = table(HEAD, rows, key="comparison", classes=("", "n", "n", "n", "n"), hints=HINTS)
-    parts = [html('<div class="lp">{}{}', _warning(clock), made)]
+    parts = [html('<div class="lp">{}', made)]
     if not_shown:
         parts.append(
             html('<p class="muted">{} more of the opened logs not on show; the tab Runs lists all.</p>', not_shown)
@@ -59,14 +59,16 @@ def _live(value: str, what: str, run: int) -> Markup:
     return html('<span data-live="{}" data-run="{}">{}</span>', what, run, value)
 
 
-def _warning(clock: Clock) -> Markup:
+def mismatches(clock: Clock) -> Markup:
+    """That runs are of different places or tasks, in words; empty where they can be compared."""
     first = clock.timelines[0]
     notes: list[str] = []
     if any(t.plan != first.plan for t in clock.timelines):
         notes.append("These runs are in different places; only those in the first one's place are drawn.")
     if any(t.run.task != first.run.task for t in clock.timelines):
         notes.append("These runs are of different tasks; their costs are not comparable.")
-    return Markup("").join(html('<div class="warn">{}</div>', text(note)) for note in notes)
+    warned = Markup("").join(html('<div class="warn">{}</div>', text(note)) for note in notes)
+    return html('<div class="lp">{}</div>', warned) if notes else Markup("")
 
 
 def _final(timeline: Timeline) -> Markup:

@@ -26,17 +26,24 @@ MAX_TASK_CHARS = 300
 """Characters of a task that are shown."""
 
 
-def title(timeline: Timeline) -> Markup:
-    """Heading of a run: task, place, strategy."""
+def title(timeline: Timeline, *, followed: bool = False) -> Markup:
+    """Heading of a run: task, place, strategy.
+
+    Args:
+        followed: a run that has not ended is still being recorded.
+    """
     info = timeline.run.info
     parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", timeline.run.source_words]
-    notes = [] if timeline.run.complete else ["This log was cut off; it is shown as far as it goes."]
+    cut_off = "This run is being recorded." if followed else "This log was cut off; it is shown as far as it goes."
+    notes = [] if timeline.run.complete else [cut_off]
     lost = gaps_of(timeline.run).dropped
     if lost:
         notes.append(f"This log is not whole: {'; '.join(lost)}; see lios doctor.")
-    if not timeline.decisions:
+    if followed and not timeline.decisions:
+        notes.append("No decision has been made yet.")
+    elif not timeline.decisions:
         notes.append("This log holds no decisions.")
-    if not timeline.item_types:
+    if not (timeline.item_types or (followed and not timeline.decisions)):
         notes.append("This log holds no beliefs; containers keep one colour.")
     warned = Markup("").join(html('<div class="warn">{}</div>', text(note)) for note in notes)
     facts = Markup(" · ").join(name(p) for p in parts if p)

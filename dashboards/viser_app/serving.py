@@ -83,6 +83,7 @@ def open_dashboard(
     if follow:
         _wait_for_logs(logs)
     library = Library(logs)
+    library.followed = follow
     if memory:
         library.history = read_history(logs)
     named = [path for path in logs if not path.is_dir()]

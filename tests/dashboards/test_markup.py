@@ -19,7 +19,7 @@ from dashboards.model.scene import scene_at
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
-from dashboards.panels.comparison import comparison, divergences
+from dashboards.panels.comparison import comparison, divergences, mismatches
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import name, number, percent, table
 from dashboards.panels.now import legend, now, title
@@ -69,6 +69,7 @@ def everything(timeline: Timeline, second: float = 1.0) -> str:
             belief_plot(clock, scenes[0].focus),
             comparison(clock, scenes, names),
             divergences(clock, names),
+            mismatches(clock),
             strip(clock, names, [run_colour(0), run_colour(1)]),
             cursor(clock, second),
             runs([row], (0,), total=1),
@@ -157,10 +158,21 @@ def test_comparison_shows_bounds_where_the_log_does_not_decide() -> None:
 
 def test_comparison_warns_of_other_places_and_tasks() -> None:
     clock = Clock(timelines=(OURS, timeline_of(named_run("elsewhere"))))
-    scenes = [scene_at(t, t.end_ns) for t in clock.timelines]
-    words = _Elements(comparison(clock, scenes, ["a", "b"])).text
+    words = _Elements(mismatches(clock)).text
     assert "different places" in words
     assert "different tasks" in words
+    assert mismatches(Clock(timelines=(OURS, OTHER))) == ""
+
+
+def test_a_run_that_is_still_being_recorded_is_not_called_cut_off() -> None:
+    begun = timeline_of(replace(EMPTY.run, complete=False, outcome=None))
+    assert "cut off" in title(begun)
+    words = title(begun, followed=True)
+    assert "is being recorded" in words
+    assert "No decision has been made yet" in words
+    assert "cut off" not in words
+    assert "holds no" not in words
+    assert "recorded" not in title(OURS, followed=True)
 
 
 def test_a_cut_off_log_says_so() -> None:

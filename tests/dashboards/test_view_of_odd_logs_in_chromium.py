@@ -101,7 +101,7 @@ def test_runs_of_two_houses_say_that_only_one_is_drawn(browser: Browser, tmp_pat
     place = toy_place()
     moved = replace(place, plan=replace(place.plan, name="another"))
     record_run(other, toy_events(), **{**toy_options(), "place": moved})  # type: ignore[arg-type]
-    shown = _shown(browser, [write_toy_log(tmp_path / "run.mcap"), other], "tab=Compare")
+    shown = _shown(browser, [write_toy_log(tmp_path / "run.mcap"), other])
     page = shown[0]
     expect(page.get_by_text("These runs are in different places")).to_be_visible()
     _ended(*shown)

@@ -20,7 +20,7 @@ from dashboards.model.scene import Scene
 from dashboards.palette import Colour, run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.cameras import cameras
-from dashboards.panels.comparison import comparison, divergences
+from dashboards.panels.comparison import comparison, divergences, mismatches
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.live.ghosts import ghosts
@@ -230,7 +230,7 @@ class Controls:
         self._slider.max = round(ceil(round(clock.end / step, 6)) * step, digits)
         self._options.offer(clock.timelines[0].item_types)
         names = run_names([t.run for t in clock.timelines])
-        self._set("title", title(clock.timelines[0]))
+        self._set("title", title(clock.timelines[0], followed=session.library.followed) + mismatches(clock))
         self._names = names
         self._signs = run_signs(clock.timelines)
         self._runs.follow()
