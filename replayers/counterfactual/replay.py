@@ -306,7 +306,8 @@ def _first_unobserved_look(prepared: PreparedLog, planner: Strategy) -> RunEnded
     have missed, and sees no tag."""
     if not prepared.evidence.misses and prepared.evidence.tags is None:
         return None
-    return _ended(_run(prepared, planner, LoggedWorld(prepared.evidence, with_ways=False)))
+    again = prepared.is_driven_again(planner)
+    return _ended(_run(prepared, planner, LoggedWorld(prepared.evidence, with_ways=False, as_recorded=again)))
 
 
 def _undetermined_if_contradicted(ended: RunEnded, prepared: PreparedLog) -> RunEnded:
