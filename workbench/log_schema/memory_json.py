@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from workbench.beliefs.memory.memory import Memory, PastLook
+from workbench.beliefs.memory.memory import REARRANGED_BEFORE, Memory, PastLook
 from workbench.beliefs.memory.move_rates import MoveRates
 from workbench.errors import LiosError
 from workbench.log_schema.settings_json import MalformedSettings
@@ -37,6 +37,7 @@ class _Stored(msgspec.Struct, frozen=True, kw_only=True):
     others_per_day: float
     pace: float
     runs: tuple[str, ...]
+    rearranged: float = REARRANGED_BEFORE
 
 
 def memory_to_settings(memory: Memory | None) -> dict[str, Any]:
@@ -62,6 +63,7 @@ def memory_to_settings(memory: Memory | None) -> dict[str, Any]:
         others_per_day=memory.rates.others,
         pace=memory.pace,
         runs=memory.runs,
+        rearranged=memory.rearranged,
     )
     return {SETTING: msgspec.to_builtins(stored)}
 
@@ -91,6 +93,13 @@ def memory_from_settings(settings: Mapping[str, Any]) -> Memory | None:
         rates = MoveRates(
             others=stored.others_per_day, by_type={ItemType(t): rate for t, rate in stored.moves_per_day.items()}
         )
-        return Memory(at_ns=stored.at_ns, looks=looks, rates=rates, pace=stored.pace, runs=stored.runs)
+        return Memory(
+            at_ns=stored.at_ns,
+            looks=looks,
+            rates=rates,
+            pace=stored.pace,
+            runs=stored.runs,
+            rearranged=stored.rearranged,
+        )
     except (msgspec.ValidationError, LiosError) as error:
         raise MalformedSettings(f"{SETTING}: {error}") from error

@@ -27,10 +27,6 @@ from workbench.errors import BadValue
 from workbench.worlds.house import Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
-REARRANGED = 0.5
-"""Prior probability that everything was moved since the last look, whatever the rates say. Of 0.1, 0.25 and 0.5, this
-one loses least over 40 training houses in which that is so; where one item in four has moved, all three save about
-the same."""
 COMES_BACK = 0.1
 """Chance that a container from which a thing was moved holds one of its type again."""
 DIGITS = 12
@@ -127,7 +123,7 @@ def without_memory(name: str) -> str:
 
 def rearranged(memory: Memory, knowledge: Knowledge) -> float:
     """The posterior chance that everything was moved, given what is now in the remembered containers seen so far."""
-    moved, stands = REARRANGED, 1.0 - REARRANGED
+    moved, stands = memory.rearranged, 1.0 - memory.rearranged
     for container, items in sorted(knowledge.first_seen.items()):
         look = memory.by_container.get(container)
         if look is None:
