@@ -53,6 +53,8 @@ class RunsOrder:
 
 
 PAGE_ROWS = 200
+UNBROKEN_CHARS = 10
+"""Characters of a scenario that stay in one line."""
 MAX_SCENARIO_CHARS = 24
 MAX_PROBLEMS, MAX_PROBLEM_CHARS = 20, 300
 """Logs left out that are named, and characters of each reason."""
@@ -192,7 +194,7 @@ def _cells(row: RunRow, shown: tuple[int, ...]) -> list[str]:
         _cost(row),
         name(row.outcome),
         "–" if row.searches is None else str(row.searches),
-        name(row.scenario, max_chars=MAX_SCENARIO_CHARS),
+        _unbroken(name(row.scenario, max_chars=MAX_SCENARIO_CHARS)),
     ]
 
 
@@ -253,3 +255,8 @@ def _mark(index: int, shown: tuple[int, ...]) -> Markup:
     if index in shown:
         return html('<span {} title="remove it">●</span>', command(f"overlay {index}"))
     return html('<span {} title="overlay it"><b>+</b></span>', command(f"overlay {index}"))
+
+
+def _unbroken(words: Markup) -> Markup:
+    """Words that are short enough for one line of a narrow column: deliver-3 would break at its hyphen."""
+    return html('<span class="unbroken">{}</span>', words) if len(words) <= UNBROKEN_CHARS else words

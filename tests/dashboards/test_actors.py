@@ -121,7 +121,7 @@ def test_tags_of_more_runs_than_there_are_colours_are_their_numbers() -> None:
     actors = Actors(stand)  # type: ignore[arg-type]
     actors.set_runs([(0, 0, 0)] * 12, [f"a long name {i}" for i in range(12)], [True] * 12)
     actors.show([scene_at(OURS, ns(8.0)), *[scene_at(OTHER, ns(8.0))] * 11], ())
-    assert [label.text for label in stand.labels if label.visible] == ["1", "2, 3, 4 ..."]
+    assert [label.text for label in stand.labels if label.visible] == ["run 1", "runs 2, 3, 4 ..."]
 
 
 def test_a_run_of_another_place_is_not_drawn() -> None:

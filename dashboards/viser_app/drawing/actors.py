@@ -177,6 +177,8 @@ class Actors:
                 actor.label.visible = shown
         for actor, robot, names in tags:
             words = ", ".join(names[:MAX_TOGETHER]) + (" ..." if len(names) > MAX_TOGETHER else "")
+            if run_number(actor.index, len(self._actors)):
+                words = f"{'run' if len(names) == 1 else 'runs'} {words}"  # other numbers are the order of search
             if actor.label.text != words:
                 actor.label.text = words
             actor.label.position = (robot.x_m, robot.y_m, actor.tag_m)
