@@ -82,7 +82,10 @@ class PluginNotLoaded(Unsupported):
 
     def __init__(self, kind: PluginKind, name: str, why: str) -> None:
         facts = " ".join(why.split())
-        super().__init__(f"{kind.noun} {name!r} cannot be loaded: {facts}. Correct the name, or its module.")
+        super().__init__(
+            f"{kind.noun} {name!r} cannot be loaded: {facts}. "
+            "Correct the name or its module, or install what it imports."
+        )
 
 
 @final

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import msgspec
-import pandas as pd
 
 from replayers.batch.store import StepRow, StoredReplay
+from workbench.data_frames import pd
 
 _IDENTITY = ("log", "run_id", "place", "scenario", "recorded_strategy", "strategy")
 

@@ -7,7 +7,7 @@ not change what driving any of them would have shown, so each trial is computed 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -53,7 +53,8 @@ def pool_trials(
     Args:
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
     """
-    tasks = ((task, plan) for task in plan.places)
+    shared = replace(plan, places=())  # a unit carries its own task alone
+    tasks = ((task, shared) for task in plan.places)
     return run_in_order(_pool_trial, tasks, workers=workers, scheduler=scheduler)
 
 

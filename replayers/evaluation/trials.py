@@ -11,14 +11,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from math import nan
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from recorders.simulated_run import RequestedTask, Trial, record_trial, trial_events, trial_for
-from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
 from replayers.evaluation.calibration import PitInterval, pit_interval, share_within
 from replayers.runs.run import Run, read
+from workbench.arrays import Floats
 from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.cluster import run_in_order
 from workbench.evaluation.splits import split_indices
@@ -190,65 +192,119 @@ def _supports(house: House, task: ReplayTask) -> bool:
 def counterfactuals(
     plan: MeasurementSettings, *, workers: int = 1, scheduler: str = ""
 ) -> Iterator[Counterfactual | SkippedTask]:
-    """Measures task by task, in order, for any number of workers.
+    """Measures task by task, in order, for any number of workers; a unit of work is one recorded log.
 
     Args:
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
     """
-    tasks = ((task, plan) for task in plan.places)
-    yield from chain.from_iterable(run_in_order(_measured, tasks, workers=workers, scheduler=scheduler))
+    shared = replace(plan, places=())  # a unit carries its own task alone
+    units = ((task, shared, name) for task in plan.places for name in plan.strategies)
+    logs = run_in_order(_log_of_unit, units, workers=workers, scheduler=scheduler)
+    tasks, of_task = iter(plan.places), list[MeasuredLog | SkippedTask]()
+    for log in logs:
+        of_task.append(log)
+        if len(of_task) == len(plan.strategies):
+            yield from _with_truths(next(tasks), of_task)
+            of_task = []
 
 
 def measure(task: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfactual | SkippedTask]:
     """All counterfactuals of one task."""
+    return _with_truths(task, [measure_log(task, plan, name) for name in plan.strategies])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredLog:
+    """One recorded log of a task: what its own strategy truly costs, and the others' replays, not yet judged.
+
+    Attributes:
+        replays: with the costs in their drawn worlds, or why there is no replay.
+    """
+
+    strategy: str
+    true_cost: float
+    true_status: str
+    replays: tuple[tuple[Counterfactual, Floats | None] | SkippedTask, ...]
+
+
+def measure_log(task: ReplayTask, plan: MeasurementSettings, strategy: str) -> MeasuredLog | SkippedTask:
+    """Records one strategy's log of a task and replays every other strategy over it.
+
+    What the others truly cost is found where their own logs are recorded: each run is simulated once.
+    """
     try:
-        trials = [trial_of(task, plan, strategy) for strategy in plan.strategies]
-        truth = {t.strategy: outcome_of(list(trial_events(t))) for t in trials}
+        trial = trial_of(task, plan, strategy)
+        truth = outcome_of(list(trial_events(trial)))
     except LiosError as error:
-        yield SkippedTask(task=task, reason=str(error))
-        return
+        return SkippedTask(task=task, reason=str(error))
     with TemporaryDirectory(prefix="lios-replay-") as folder:
-        for trial in trials:
-            log = Path(folder) / f"{trial.strategy}.mcap"
-            record_trial(replace(trial, miss_rate=plan.miss_rate, trusts_looks=plan.trusting), log)
-            misses = overlooked_items(read(log, with_truth=True)) if plan.miss_rate else 0
-            prepared = prepare_log(
-                read(log), _with_misses(plan.settings, misses) if plan.miss_rate else plan.settings
-            )
-            for other in plan.strategies:
-                if other == trial.strategy:
-                    continue
-                made = replay_on(prepared, other, origin=NameOrigin.USER)
-                if made.bounds is None:
-                    reason = f"{other} over a log of {trial.strategy}: {made.reason}"
-                    yield SkippedTask(task=task, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
-                    continue
-                standing = made.if_beliefs_stand or made.bounds
-                yield Counterfactual(
-                    estimator=plan.estimator,
-                    house=task.house,
-                    scenario=task.scenario,
-                    seed=task.seed,
-                    recorded=str(trial.strategy),
-                    strategy=other,
-                    true_cost=truth[other].cost,
-                    true_status=truth[other].status.value,
-                    status=made.status.value,
-                    lower=made.bounds.lower,
-                    upper=made.bounds.upper,
-                    lower_proof=made.bounds.lower_proof.value,
-                    upper_proof=made.bounds.upper_proof.value,
-                    complete=made.bounds.complete,
-                    estimate=made.estimate.mean if made.estimate else None,
-                    interval=made.estimate.interval90 if made.estimate else None,
-                    pit=None if made.drawn is None else pit_interval(made.drawn, truth[other].cost),
-                    mass=made.estimate.interval90_mass if made.estimate else None,
-                    lower_if_beliefs_stand=standing.lower,
-                    upper_if_beliefs_stand=standing.upper,
-                    open=len(prepared.evidence.open),
-                    stretches=made.segments,
-                    misses=misses,
-                )
+        log = Path(folder) / f"{trial.strategy}.mcap"
+        record_trial(replace(trial, miss_rate=plan.miss_rate, trusts_looks=plan.trusting), log)
+        misses = overlooked_items(read(log, with_truth=True)) if plan.miss_rate else 0
+        settings = _with_misses(plan.settings, misses) if plan.miss_rate else plan.settings
+        prepared = prepare_log(read(log), settings)
+        others = [name for name in plan.strategies if name != trial.strategy]
+        replays = tuple(_replayed(prepared, other, (task, plan), trial=trial, misses=misses) for other in others)
+    return MeasuredLog(
+        strategy=str(trial.strategy), true_cost=truth.cost, true_status=truth.status.value, replays=replays
+    )
+
+
+def _replayed(
+    prepared: PreparedLog, other: str, asked: tuple[ReplayTask, MeasurementSettings], *, trial: Trial, misses: int
+) -> tuple[Counterfactual, Floats | None] | SkippedTask:
+    """One replay, whose truth is not known yet, and its costs in the drawn worlds."""
+    task, plan = asked
+    made = replay_on(prepared, other, origin=NameOrigin.USER)
+    if made.bounds is None:
+        reason = f"{other} over a log of {trial.strategy}: {made.reason}"
+        return SkippedTask(task=task, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
+    standing = made.if_beliefs_stand or made.bounds
+    found = Counterfactual(
+        estimator=plan.estimator,
+        house=task.house,
+        scenario=task.scenario,
+        seed=task.seed,
+        recorded=str(trial.strategy),
+        strategy=other,
+        true_cost=nan,
+        true_status="",
+        status=made.status.value,
+        lower=made.bounds.lower,
+        upper=made.bounds.upper,
+        lower_proof=made.bounds.lower_proof.value,
+        upper_proof=made.bounds.upper_proof.value,
+        complete=made.bounds.complete,
+        estimate=made.estimate.mean if made.estimate else None,
+        interval=made.estimate.interval90 if made.estimate else None,
+        pit=None,
+        mass=made.estimate.interval90_mass if made.estimate else None,
+        lower_if_beliefs_stand=standing.lower,
+        upper_if_beliefs_stand=standing.upper,
+        open=len(prepared.evidence.open),
+        stretches=made.segments,
+        misses=misses,
+    )
+    return found, made.drawn
+
+
+def _with_truths(
+    task: ReplayTask, logs: Sequence[MeasuredLog | SkippedTask]
+) -> Iterator[Counterfactual | SkippedTask]:
+    """The counterfactuals of one task's logs, judged by what each strategy truly costs."""
+    measured = [log for log in logs if isinstance(log, MeasuredLog)]
+    if len(measured) < len(logs):
+        yield next(log for log in logs if isinstance(log, SkippedTask))
+        return
+    truth = {log.strategy: log for log in measured}
+    for one in chain.from_iterable(log.replays for log in measured):
+        if isinstance(one, SkippedTask):
+            yield one
+            continue
+        found, drawn = one
+        true = truth[found.strategy]
+        pit = None if drawn is None else pit_interval(drawn, true.true_cost)
+        yield replace(found, true_cost=true.true_cost, true_status=true.true_status, pit=pit)
 
 
 def overlooked_items(run: Run) -> int:
@@ -288,5 +344,5 @@ def trial_of(task: ReplayTask, plan: MeasurementSettings, strategy: str) -> Tria
     return replace(trial, sees_m=plan.sees_m)
 
 
-def _measured(task: tuple[ReplayTask, MeasurementSettings]) -> list[Counterfactual | SkippedTask]:
-    return list(measure(*task))
+def _log_of_unit(unit: tuple[ReplayTask, MeasurementSettings, str]) -> MeasuredLog | SkippedTask:
+    return measure_log(*unit)

@@ -5,6 +5,6 @@ from workbench.errors import MissingExtra
 try:
     import pyarrow as pa
 except ModuleNotFoundError as error:
-    raise MissingExtra("making tables of logs", "tables") from error
+    raise MissingExtra("making tables", "tables") from error
 
 __all__ = ["pa"]

@@ -12,12 +12,11 @@ from functools import lru_cache
 from typing import Any, Protocol, Self, final
 
 import numpy as np
-import pandas as pd
-from pandas.api.extensions import ExtensionArray
 
 from replayers.tables.arrow import pa
 from replayers.tables.schemas import NUMBER, TEXT, TIME, WHOLE, WORD, YES
 from workbench.arrays import AnyArray, Bools, Ints32
+from workbench.data_frames import pd
 
 KEPT_WORDS = 256
 """Longer vocabularies are checked each time; 1,024 shorter ones are cached."""
@@ -171,7 +170,7 @@ def _category(words: tuple[str, ...]) -> pd.CategoricalDtype:
     return pd.CategoricalDtype(pd.Index(_pandas_text(_CATEGORY, words), copy=False))
 
 
-def _pandas_text(kind: pd.StringDtype[Any], values: Sequence[str | None]) -> ExtensionArray:
+def _pandas_text(kind: pd.StringDtype[Any], values: Sequence[str | None]) -> pd.api.extensions.ExtensionArray:
     """Text as pandas' own string array; pandas documents this constructor, but its stubs lack it."""
     return kind.__from_arrow__(pa.array(values, type=pa.large_string()))  # pyright: ignore[reportAttributeAccessIssue]
 

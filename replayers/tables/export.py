@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Literal
 
 import msgspec
-import pandas as pd
 
 from recorders.mcap_io.file import CannotCreate
 from replayers.log_tools.copy_log import NoDiskSpace
 from replayers.tables.arrow import pa
 from replayers.tables.frames import LogSource, Tables, UnreadableLog
 from replayers.tables.schemas import SCHEMAS
+from workbench.data_frames import pd
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
 from workbench.files import draft_path, remove_abandoned_drafts
 from workbench.remote.path import path_of

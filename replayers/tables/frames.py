@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, final
 
 import msgspec
-import pandas as pd
 
 from replayers.log_tools.log_paths import NoLogs, find_logs, shown
 from replayers.log_tools.multi_run import NoRunInLog, SeveralRuns, member_name
@@ -30,6 +29,7 @@ from replayers.tables.arrow import pa
 from replayers.tables.build import BUILDERS, Source
 from replayers.tables.schemas import SCHEMAS
 from replayers.tables.to_pandas import Columns, arrow_table, data_frame, joined
+from workbench.data_frames import pd
 from workbench.errors import LiosError
 from workbench.log_schema.codec import decode
 from workbench.log_schema.events import POSE_TOPIC, TOPIC_OF, TOPICS, TRUTH_TOPIC, RunInfo, Wire

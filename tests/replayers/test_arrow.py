@@ -1,4 +1,4 @@
-"""Without pyarrow and scipy, as in the default install: the main job works, and tables name what to install."""
+"""Without pandas, pyarrow and scipy, as in the default install: the main job works; tables name what to install."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 LOG = Path(__file__).parents[2] / "logs" / "find-lios.mcap"
-WITHOUT = "import sys; sys.modules.update(pyarrow=None, scipy=None); from workbench.cli import run; "
-INSTALL = "lios: making tables of logs needs an optional part. Install it: pip install 'lios-workbench[tables]'."
+WITHOUT = "import sys; sys.modules.update(pandas=None, pyarrow=None, scipy=None); from workbench.cli import run; "
+INSTALL = "lios: making tables needs an optional part. Install it: pip install 'lios-workbench[tables]'."
 
 
 def ran(code: str, folder: Path) -> tuple[str, str]:
-    """What a process without these two prints to its two outputs."""
+    """What a process without these prints to its two outputs."""
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT + code], capture_output=True, text=True, check=True, cwd=folder, timeout=300
     )
@@ -37,13 +37,18 @@ def test_so_do_data_frames_in_python(tmp_path: Path) -> None:
     asked = f"""
 import replayers
 from workbench.errors import MissingExtra
-for ask in (lambda: replayers.read({str(LOG)!r}).tables.runs, lambda: replayers.read_many({str(LOG)!r}).runs):
+kept = replayers.replay({str(LOG)!r}, "opt-greedy", settings=replayers.ReplaySettings(worlds=0))
+for ask in (
+    lambda: replayers.read({str(LOG)!r}).tables.runs,
+    lambda: replayers.read_many({str(LOG)!r}).runs,
+    lambda: kept.frame,
+):
     try:
         ask()
     except MissingExtra as error:
         print(error)
 """
-    assert ran(asked, tmp_path)[0].splitlines() == [INSTALL.removeprefix("lios: ")] * 2
+    assert ran(asked, tmp_path)[0].splitlines() == [INSTALL.removeprefix("lios: ")] * 3
 
 
 @pytest.mark.ci
@@ -57,7 +62,10 @@ def test_the_main_job_works(tmp_path: Path) -> None:
         "figures run.mcap -o figures",
         "capsule run.mcap -o run.html",
         f"site from-log {LOG.with_name('spot-home-A.mcap')} -o draft",
-        "evaluate search --queries 3 --policies lios --no-figures",
+        "evaluate search --queries 3 --policies lios -o searches",
+        "evaluate tasks --trials 1 --scenarios find -s opt-greedy,lios -o tasks",
+        "evaluate belief --estimators counts",
+        "evaluate replay -n 2 --scenarios find -s opt-greedy,lios --estimators counts --worlds 5",
     )
     code, said = ran(f"print(*[run(line.split()) for line in {lines!r}])", tmp_path)
     assert code.split()[-len(lines) :] == ["0"] * len(lines), said

@@ -75,6 +75,7 @@ def test_houses_that_cannot_support_a_scenario_are_passed_over() -> None:
 @pytest.mark.slow
 def test_the_command_measures_cooking(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["--scenarios", "breakfast", "-n", "2", "-s", "opt-greedy,model-lios", "--budget", "20"]
+    arguments += ["--estimator", "counts"]
     assert lios(["evaluate", "replay", *arguments, "--worlds", "20", "--json", "-o", str(tmp_path / "c.csv")]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["counterfactuals"] == 2

@@ -84,6 +84,22 @@ def test_what_is_wrong_is_one_line(old: str, new: str, why: str, tmp_path: Path)
     assert told.value.exit_code == 2
 
 
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("evaluate search --houses flat.yaml --queries 1 -o e", "flat.yaml: one place in YAML, which --house takes"),
+        ("site check flat.yaml", "flat.yaml: a house, and not a survey"),
+    ],
+)
+def test_where_no_house_of_ones_own_is_taken_a_line_says_what_it_is(
+    words: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(tmp_path, HOUSE)
+    monkeypatch.chdir(tmp_path)
+    assert cli.run(words.split()) == 2
+    assert capsys.readouterr().err.startswith(f"lios: {why}")
+
+
 def test_a_number_alone_names_what_to_give() -> None:
     with pytest.raises(NotFound, match="houses:9"):
         load_house("9")

@@ -202,6 +202,16 @@ def test_what_map_saver_writes_is_read_as_ros_means_it(tmp_path: Path) -> None:
         read_map(tmp_path / "m.yaml")
 
 
+def test_rooms_that_overlap_are_found_and_those_that_share_a_thick_wall_are_not(tmp_path: Path) -> None:
+    def said(left_m: float) -> list[str]:
+        other = f"{{id: hall, kind: Hall, floor: [[{left_m}, 0], [8, 0], [8, 3], [{left_m}, 3]]}}]"
+        site = load_site(written(tmp_path, (ROOM + MEASURED).replace("[0, 3]]}]", f"[0, 3]]}}, {other}")))
+        return [finding.where for finding in check_site(site) if finding.what == "overlap"]
+
+    assert said(3.0) == ["rooms room and hall"]
+    assert said(3.8) == []
+
+
 def test_the_check_finds_what_is_odd(tmp_path: Path) -> None:
     odd = (
         (ROOM + MEASURED)

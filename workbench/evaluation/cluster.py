@@ -36,6 +36,9 @@ NOT_INSTALLED = "0.0.0"
 """The version of a source tree that was never installed."""
 MIN_AHEAD = 64
 """Minimum number of units handed out on a cluster: workers may join later."""
+LOCAL_SETTINGS = {"distributed.scheduler.worker-saturation": 1.0, "distributed.worker.profile.enabled": False}
+"""Dask's settings for a cluster of this machine. Units take seconds: a worker that holds one more than it works on
+would keep it from an idle one. Nobody looks at Dask's profile, which samples a worker a hundred times a second."""
 
 
 class ClusterLost(Failed):
@@ -226,7 +229,10 @@ def _worked(work: Callable[[Unit], Result], unit: Unit) -> tuple[str, str, Resul
 @contextmanager
 def _client(distributed: Any, scheduler: str, workers: int) -> Generator[Any]:
     if scheduler == "local":
+        from dask import config
+
         with (
+            config.set(LOCAL_SETTINGS),
             distributed.LocalCluster(
                 n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
             ) as cluster,

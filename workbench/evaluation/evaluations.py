@@ -118,6 +118,6 @@ def _flat(lists: Iterable[list[Any]]) -> Iterator[Any]:
 
 
 def _frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    import pandas as pd
+    from workbench.data_frames import pd
 
     return pd.DataFrame([dict(row) for row in rows])

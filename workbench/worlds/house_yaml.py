@@ -70,7 +70,16 @@ def is_house_yaml(address: str) -> bool:
 
 def is_survey(data: bytes) -> bool:
     """Whether a YAML file is the survey of a real place."""
-    return any(line.startswith(b"lios_site:") for line in data.splitlines())
+    return _has_key(data, b"lios_site:")
+
+
+def is_house(data: bytes) -> bool:
+    """Whether a YAML file is a house."""
+    return _has_key(data, b"lios_house:")
+
+
+def _has_key(data: bytes, key: bytes) -> bool:
+    return any(line.startswith(key) for line in data.splitlines())
 
 
 def load_house_yaml(path: Path) -> House:

@@ -10,8 +10,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import cast
 
-from workbench.errors import BadValue, UnknownName
-from workbench.plugins import POLICY, NameOrigin, Plugin, installed_names, plugin
+from workbench.plugins import POLICY, NameOrigin, Plugin, PluginNotLoaded, installed_names, plugin
 from workbench.search.policies.full_tour import FullTour
 from workbench.search.policies.least_expected_cost import LeastExpectedCost
 from workbench.search.policies.most_probable import MostProbable
@@ -55,6 +54,7 @@ def policy(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> SearchPolicy:
     Raises:
         UnknownName: no such policy; lists the known ones.
         NotFromLog: a name that only a user may give.
+        PluginNotLoaded: a plug-in or "module:function" that cannot be imported or made.
     """
     wanted = canonical_policy(name)
     if wanted is not None:
@@ -82,26 +82,22 @@ def policy_names(*, looks_miss: bool = False) -> tuple[str, ...]:
 
 
 def _from_outside(found: Plugin) -> SearchPolicy:
-    name = found.name
-    with found.import_path():
-        try:
-            factory = found.load()
-        except (ImportError, AttributeError, ValueError) as error:
-            where = f"what can be imported ({error})"
-            raise UnknownName("search policy", name, policy_names(), where=where) from error
-        return _made(name, factory)
-
-
-def _made(name: str, factory: object) -> SearchPolicy:
+    """What a class or function without arguments makes, or a ready policy."""
     try:
-        made = factory() if callable(factory) else factory
-    except TypeError as error:
-        raise BadValue(
-            "search policy", name, f"a function or class that is called without arguments ({error})"
-        ) from error
-    if not callable(getattr(made, "order", None)) or not isinstance(getattr(made, "name", None), str):
-        raise BadValue(f"search policy {name}", made, "something with a name and order(query)")
+        with found.import_path():
+            made = found.load()
+            made = made() if isinstance(made, type) or (callable(made) and not _is_policy(made)) else made
+    except (Exception, SystemExit) as error:
+        raise PluginNotLoaded(POLICY, found.name, f"{type(error).__name__}: {error}") from error
+    if not _is_policy(made):
+        raise PluginNotLoaded(
+            POLICY, found.name, f"it is {type(made).__name__}; a search policy has name and order(query)"
+        )
     return cast(SearchPolicy, made)
+
+
+def _is_policy(thing: object) -> bool:
+    return callable(getattr(thing, "order", None)) and isinstance(getattr(thing, "name", None), str)
 
 
 __all__ = ["POLICIES", "PolicyFactory", "canonical_policy", "oracle_policy", "policy", "policy_names"]

@@ -102,6 +102,8 @@ def house_lines(path: Path) -> Iterator[tuple[int, bytes]]:
         raise FileMissing(path)
     if path.is_dir():
         raise MalformedFile(path, "a folder", PROCTHOR_HINT)
+    if path.suffix in (".yaml", ".yml"):
+        raise MalformedFile(path, "one place in YAML, which --house takes", "Here, give a ProcTHOR file")
     with _opened(path) as stream:
         if not is_many(path):
             yield 0, _bounded(stream.read(MAX_LINE_BYTES + 1), path, 0)

@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 from math import hypot
 from typing import Literal
 
 from workbench.worlds.geometry import Pose, footprint
-from workbench.worlds.house import START, Container, LocationId
+from workbench.worlds.house import START, Container, LocationId, Room
 from workbench.worlds.names import is_container, vocabulary
 from workbench.worlds.sites.paths import SiteNavigation
 from workbench.worlds.sites.ros_map import read_survey_map
@@ -17,6 +18,8 @@ from workbench.worlds.sites.site import Site
 
 SMALL_TAG_M = 0.07
 """Side in metres below which Spot's own detector, which sees a tag of 0.146 m from 3 m, needs to be close."""
+SHARED_FLOOR = 0.1
+"""Share of the smaller floor that two rooms have in common at most: walls are thick, and corners measured by hand."""
 Level = Literal["error", "warning", "note"]
 ORDER: tuple[Level, ...] = ("error", "warning", "note")
 
@@ -71,6 +74,10 @@ def _rooms(site: Site) -> Iterator[SiteFinding]:
                 what="its kind is Unknown, so the belief knows nothing of it",
                 fix="Say what it is: Kitchen, LivingRoom, Bedroom, Bathroom, or in words of your own",
             )
+    for a, b in _overlapping_rooms(site.plan.rooms):
+        yield SiteFinding(
+            level="warning", where=f"rooms {a} and {b}", what="overlap", fix="Correct the corners of their floors"
+        )
 
 
 def _containers(site: Site) -> Iterator[SiteFinding]:
@@ -193,6 +200,15 @@ def _inside(site: Site, pose: Pose, container: Container) -> bool:
     from shapely import Polygon
 
     return Polygon(site.plan.room(container.room).floor).buffer(0.3).contains(ShapelyPoint(pose.x_m, pose.y_m))
+
+
+def _overlapping_rooms(rooms: tuple[Room, ...]) -> Iterator[tuple[str, str]]:
+    from shapely import Polygon
+
+    floors = [(room.id, Polygon(room.floor).buffer(0)) for room in rooms]
+    for (a, one), (b, other) in combinations(floors, 2):
+        if one.intersection(other).area > SHARED_FLOOR * min(one.area, other.area):
+            yield a, b
 
 
 def _overlapping(containers: tuple[Container, ...]) -> Iterator[tuple[str, str]]:

@@ -12,7 +12,8 @@ import msgspec
 
 from workbench.errors import MalformedFile
 from workbench.worlds.geometry import Point
-from workbench.worlds.sites.ros_map import read_yaml
+from workbench.worlds.house_yaml import is_house
+from workbench.worlds.sites.ros_map import MAX_YAML_BYTES, read_yaml
 
 SITE_VERSION = 1
 ROBOT_TAG_M = 0.146
@@ -149,6 +150,8 @@ def read_site_file(path: Path) -> SiteFile:
         FileMissing: no such file.
         MalformedFile: not a survey, or of another version.
     """
+    if path.is_file() and path.stat().st_size <= MAX_YAML_BYTES and is_house(path.read_bytes()):
+        raise MalformedFile(path, "a house, and not a survey", "lios record --house takes it")
     file = read_yaml(path, SiteFile)
     if file.lios_site != SITE_VERSION:
         fix = "Upgrade lios-workbench" if file.lios_site > SITE_VERSION else f"Write lios_site: {SITE_VERSION}"
