@@ -156,7 +156,8 @@ def replay(
         worlds=_worlds_named(write, output),
         workers=workers,
         scheduler=scheduler,
-        progress=lambda replays, total: progress(replays, title="replaying", total=total),
+        # A bar would write over a debugger's prompt.
+        progress=None if in_process else lambda replays, total: progress(replays, title="replaying", total=total),
     )
     outcomes, not_there = list(made.outcomes), made.not_loaded
     failed = [o for o in outcomes if isinstance(o, LogFailed)]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import sys
+from bdb import BdbQuit
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -79,6 +80,8 @@ class PlannerAnswer:
 
 
 NOT_LOADED = PlannerAnswer(AnswerKind.BROKEN, "it was not loaded")
+USER_STOPS = (BdbQuit, KeyboardInterrupt)
+"""What a user's q in a debugger and Ctrl-C raise."""
 WRONG_TYPES = PlannerAnswer(AnswerKind.BROKEN, "its relevant_types are not a tuple")
 
 
@@ -154,7 +157,8 @@ def is_from_outside(planner: Strategy) -> bool:
 class InThisProcess:
     """A planner from outside in this process and without a time limit, so that a debugger stops in it.
 
-    Otherwise as Sandboxed: what it raises, and what is no decision, become a decision without a plan.
+    Otherwise as Sandboxed: what it raises, and what is no decision, become a decision without a plan. Only Ctrl-C, and
+    leaving the debugger, end the command.
 
     Args:
         name, origin: as for Sandboxed.
@@ -166,7 +170,7 @@ class InThisProcess:
     def __init__(self, name: str, *, origin: NameOrigin) -> None:
         found = strategy_plugin(name, origin=origin)
         with found.import_path():
-            made = _tried(lambda: load_foreign(found))
+            made = _tried(lambda: load_foreign(found), stops=USER_STOPS)
         self.fault: PlannerAnswer | None = None if made.kind is AnswerKind.OK else made
         self._planner: Strategy | None = cast("Strategy | None", made.content if self.fault is None else None)
         self.name = self._planner.name if self._planner is not None else name
@@ -176,7 +180,7 @@ class InThisProcess:
         planner = self._planner
         if planner is None:
             return ()
-        answer = _tried(lambda: planner.relevant_types(task))
+        answer = _tried(lambda: planner.relevant_types(task), stops=USER_STOPS)
         types = _types_in(answer)
         if types is None:
             self.fault = self.fault or _fault_of_types(answer)
@@ -186,7 +190,7 @@ class InThisProcess:
         planner = self._planner
         if self.fault is not None or planner is None:
             return _decision(self.fault or NOT_LOADED, self.name)
-        return _decision(_tried(lambda: planner.decide(view)), self.name)
+        return _decision(_tried(lambda: planner.decide(view), stops=USER_STOPS), self.name)
 
     def __enter__(self) -> Self:
         return self
@@ -357,9 +361,12 @@ def _answer(pipe: Connection, found: Plugin) -> None:
             pipe.send(PlannerAnswer(AnswerKind.RAISED, f"its answer cannot be sent: {error}"))
 
 
-def _tried(ask: Callable[[], object]) -> PlannerAnswer:
+def _tried(ask: Callable[[], object], *, stops: tuple[type[BaseException], ...] = ()) -> PlannerAnswer:
+    """What is answered, or why nothing is; KeyboardInterrupt where one of `stops` is raised."""
     try:
         return PlannerAnswer(AnswerKind.OK, ask())
+    except stops as error:
+        raise KeyboardInterrupt from error
     except AskedForTruth as error:
         return PlannerAnswer(AnswerKind.ASKED_FOR_TRUTH, str(error))
     except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
@@ -389,5 +396,4 @@ def _make(factory: Any) -> Any:
     try:
         return factory() if isinstance(factory, type) else factory(None)
     except (TypeError, AttributeError, ValueError, KeyError):
-        made = factory(HiddenTruth())
-        return made
+        return factory(HiddenTruth())
