@@ -21,7 +21,7 @@ def test_the_names_are_those_of_the_registries() -> None:
     assert tuple(registered_names.STRATEGIES) == (*STRATEGIES, *VARIANTS)
     assert tuple(registered_names.POLICIES) == tuple(POLICIES)
     assert tuple(registered_names.ESTIMATORS) == tuple(ESTIMATORS)
-    assert tuple(registered_names.SCENARIOS) == SCENARIOS
+    assert tuple(registered_names.SCENARIOS) == ("find", *SCENARIOS)
     assert tuple(registered_names.SOLVERS) == tuple(SOLVERS)
 
 

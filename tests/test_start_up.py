@@ -55,6 +55,17 @@ def test_the_dashboard_loads_no_planners() -> None:
     assert not loaded & (SCIPY | TORCH | {"numba", "pandas", "pyarrow", "matplotlib", "skimage"})
 
 
+def test_importing_the_replayers_loads_nothing_but_the_standard_library() -> None:
+    bare = _loaded(f"import sys; {TELL}")
+    loaded = _loaded(f"import sys; import recorders, replayers; {TELL}") - bare
+    assert {name.partition(".")[0] for name in loaded} - sys.stdlib_module_names == {"recorders", "replayers"}
+
+
+def test_reading_a_log_loads_no_planners() -> None:
+    loaded = _loaded(f"import sys, replayers; replayers.read; replayers.messages; {TELL}")
+    assert not loaded & (NUMBERS - {"numpy"} | PICTURES | TORCH)
+
+
 def test_a_planner_from_outside_does_not_wait_for_what_ours_need() -> None:
     loaded = _loaded(f"import sys, replayers.counterfactual.sandbox; {TELL}")
     assert not loaded & (NUMBERS - {"numpy"} | PICTURES | TORCH)

@@ -57,6 +57,7 @@ ESTIMATORS: Mapping[str, str] = MappingProxyType(
 
 SCENARIOS: Mapping[str, str] = MappingProxyType(
     {
+        "find": "One item brought to the start, as record --find asks.",
         "deliver-3": "Three items to three places; deliver-N for N items (paper).",
         "breakfast": "An egg, a bread or the like, prepared and served (paper).",
         "coffee": "Coffee made and served in a mug (paper).",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,17 @@ def test_bars_stand_for_the_share_of_the_gap() -> None:
     _, (ax,) = new_figure(4, 3)
     draw_gap_closed(ax, rows(costs_of(drawn), seed=1), title="all")
     assert [bar.get_width() for bar in ax.patches] == [pytest.approx(0.5)]
+
+
+def test_the_interval_of_few_houses_does_not_push_the_figure_apart(tmp_path: Path) -> None:
+    row = {"policy": "lios", "oracle_gap_closed": 0.9, "oracle_gap_closed_ci95": (-9.0, 40.0)}
+    figure, (ax,) = new_figure(4, 2.4)
+    draw_gap_closed(ax, [row], title="all")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        save(figure, tmp_path / "gap.png")
+    (text,) = ax.texts
+    assert text.get_position()[0] < ax.get_xlim()[1]
 
 
 def test_the_line_runs_through_the_means_of_tenths() -> None:

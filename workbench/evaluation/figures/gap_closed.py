@@ -24,7 +24,8 @@ def draw_gap_closed(ax: Axes, rows: Sequence[Mapping[str, Any]], *, title: str) 
         ax.barh(place, share, height=0.62, color=colour_of(row["policy"]), alpha=0.85)
         if low is not None and high is not None:
             ax.plot([low, high], [place, place], color="black", linewidth=1.2)
-        ax.text(max(high or share, share) + 0.02, place, f"{100 * share:.0f} %", va="center", fontsize=8)
+        end = min(max(high or share, share), 1.0)  # the interval of few houses may end far beyond the axis
+        ax.text(end + 0.02, place, f"{100 * share:.0f} %", va="center", fontsize=8)
     ax.set_yticks(range(len(shown)), [row["policy"] for row in reversed(shown)], fontsize=8)
     ax.axvline(0, color="#888888", linewidth=0.8)
     ax.axvline(1, color="black", linewidth=0.8)
