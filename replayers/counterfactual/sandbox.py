@@ -157,8 +157,8 @@ def is_from_outside(planner: Strategy) -> bool:
 class InThisProcess:
     """A planner from outside in this process and without a time limit, so that a debugger stops in it.
 
-    Otherwise as Sandboxed: what it raises, and what is no decision, become a decision without a plan. Only Ctrl-C, and
-    leaving the debugger, end the command.
+    Otherwise as Sandboxed: what it raises, and what is no decision, become a decision without a plan. Only Ctrl-C and
+    leaving the debugger end the command.
 
     Args:
         name, origin: as for Sandboxed.

@@ -5,14 +5,24 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.durations import Durations
 from replayers.counterfactual.prepared_log import ReplaySettings
+from replayers.evaluation import trials
 from replayers.evaluation.metrics import summary
-from replayers.evaluation.trials import Counterfactual, MeasurementSettings, ReplayTask, measure, tasks_for
+from replayers.evaluation.trials import (
+    Counterfactual,
+    MeasurementSettings,
+    ReplayTask,
+    SkippedTask,
+    counterfactuals,
+    measure,
+    tasks_for,
+)
 from workbench.cli import run as lios
 from workbench.errors import BadValue
 from workbench.execution.events import ActionEnded
@@ -125,6 +135,31 @@ def test_logs_recorded_with_misses_are_replayed_with_as_many() -> None:
     sure = [c for c in measure(place, told) if isinstance(c, Counterfactual)]
     assert [c.true_cost for c in made] == [c.true_cost for c in sure], "the truth overlooks nothing"
     assert {c.misses for c in sure} == {0}
+
+
+def test_a_unit_of_work_is_one_recorded_log_and_carries_its_own_task_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    place = ReplayTask(house=f"{shipped_houses()}:10", scenario="find", seed=5)
+    nowhere = ReplayTask(house=f"{shipped_houses()}:10", scenario="no-such-scenario", seed=5)
+    plan = MeasurementSettings(
+        places=(nowhere, place), strategies=("opt-greedy", "pes-greedy"), settings=ReplaySettings(worlds=4)
+    )
+    units: list[tuple[ReplayTask, MeasurementSettings, str]] = []
+
+    def in_this_process(work: Any, given: Any, **_: object) -> Any:
+        units.extend(given)
+        return map(work, units)
+
+    monkeypatch.setattr(trials, "run_in_order", in_this_process)
+    made = list(counterfactuals(plan))
+    assert [(unit[0], unit[2]) for unit in units] == [
+        (task, name) for task in plan.places for name in plan.strategies
+    ]
+    assert {unit[1].places for unit in units} == {()}
+    assert [type(one) for one in made] == [SkippedTask, Counterfactual, Counterfactual]
+    assert made[1:] == list(measure(place, plan))
+    first, second = (one for one in made if isinstance(one, Counterfactual))
+    assert (first.recorded, first.strategy) == (second.strategy, second.recorded) == plan.strategies
+    assert first.pit is not None
 
 
 def test_a_rate_out_of_range_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
