@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import msgspec
 
 from replayers.batch.store import StepRow, StoredReplay
-from workbench.data_frames import pd
+from workbench.third_party.data_frames import pd
 
 _IDENTITY = ("log", "run_id", "place", "scenario", "recorded_strategy", "strategy")
 

@@ -16,7 +16,7 @@ import numpy as np
 from replayers.tables.arrow import pa
 from replayers.tables.schemas import NUMBER, TEXT, TIME, WHOLE, WORD, YES
 from workbench.arrays import AnyArray, Bools, Ints32
-from workbench.data_frames import pd
+from workbench.third_party.data_frames import pd
 
 KEPT_WORDS = 256
 """Longer vocabularies are checked each time; 1,024 shorter ones are cached."""

@@ -19,10 +19,10 @@ from replayers.log_tools.copy_log import NoDiskSpace
 from replayers.tables.arrow import pa
 from replayers.tables.frames import LogSource, Tables, UnreadableLog
 from replayers.tables.schemas import SCHEMAS
-from workbench.data_frames import pd
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
 from workbench.files import draft_path, remove_abandoned_drafts
 from workbench.remote.path import path_of
+from workbench.third_party.data_frames import pd
 
 Format = Literal["parquet", "csv"]
 Progress = Callable[[Iterator[str]], Iterable[str]]

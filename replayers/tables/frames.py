@@ -29,12 +29,12 @@ from replayers.tables.arrow import pa
 from replayers.tables.build import BUILDERS, Source
 from replayers.tables.schemas import SCHEMAS
 from replayers.tables.to_pandas import Columns, arrow_table, data_frame, joined
-from workbench.data_frames import pd
 from workbench.errors import LiosError
 from workbench.log_schema.codec import decode
 from workbench.log_schema.events import POSE_TOPIC, TOPIC_OF, TOPICS, TRUTH_TOPIC, RunInfo, Wire
 from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
 from workbench.terminal import counted
+from workbench.third_party.data_frames import pd
 
 if TYPE_CHECKING:
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame

@@ -11,7 +11,7 @@ import numpy as np
 from replayers.tables.arrow import pa
 from replayers.tables.column_types import Column, column_of
 from replayers.tables.schemas import SCHEMAS
-from workbench.data_frames import pd
+from workbench.third_party.data_frames import pd
 
 try:
     from pandas.api.internals import (  # pyright: ignore[reportMissingImports] (not in the stubs)

@@ -118,6 +118,6 @@ def _flat(lists: Iterable[list[Any]]) -> Iterator[Any]:
 
 
 def _frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    from workbench.data_frames import pd
+    from workbench.third_party.data_frames import pd
 
     return pd.DataFrame([dict(row) for row in rows])
