@@ -157,9 +157,9 @@ def with_beliefs(events: Iterator[Event]) -> Iterator[Event]:
 
 
 LEARNS = (
-    "beliefs follow all that is seen, so that what else lies in an unopened container moves them: beyond the first "
-    "such look bounds are outer ones; 'if beliefs stand' and the estimate take it as if nothing but the task's types "
-    "were there, and --estimator first holds the log's first belief fixed instead"
+    "beliefs follow all that is seen, so that what else lies in an unopened container moves them: where that may "
+    "change a decision, bounds are outer ones; 'if beliefs stand' and the estimate take it as if nothing but the "
+    "task's types were there, and --estimator first holds the log's first belief fixed instead"
 )
 
 

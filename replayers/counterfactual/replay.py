@@ -25,6 +25,7 @@ from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, RunTree, TreeOpti
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import (
     decision_kind,
+    looks_by,
     search_traits,
     uses_beliefs,
 )
@@ -189,6 +190,8 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
 def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
     """The tree of the strategy's runs over the log."""
     evidence, built_in = prepared.evidence, canonical_name(planner.name)
+    traits = search_traits(planner, evidence.task.goal)
+    budget = prepared.settings.budget.of(plans_shortest=traits.plans_shortest)
     return RunTree(
         evidence,
         fast_strategy(planner, prepared.search_cache),
@@ -200,7 +203,9 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             static_beliefs=prepared.static_beliefs,
             exact_beliefs=prepared.exact_beliefs_of(planner),
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
-            traits=search_traits(planner, evidence.task.goal),
+            looks_by=looks_by(planner, evidence.task.goal),
+            asked_again=budget.asked_again * budget.segments,
+            traits=traits,
             durations=prepared.durations,
             as_driven=prepared.is_driven_again(planner),
         ),
@@ -217,8 +222,7 @@ def _world_search(prepared: PreparedLog, planner: Strategy, first: RunEnded) -> 
     def search() -> WorldSearch:
         tree = run_tree_of(prepared, planner)
         budget = prepared.settings.budget.of(plans_shortest=tree.traits.plans_shortest)
-        by_names = prepared.static_beliefs and prepared.exact_beliefs
-        return search_worlds(tree, prepared.worlds, budget, prepared.search_cache, by_names=by_names)
+        return search_worlds(tree, prepared.worlds, budget, prepared.search_cache)
 
     kind = decision_kind(planner, prepared.evidence.task.goal)
     if kind is None or is_from_outside(planner):

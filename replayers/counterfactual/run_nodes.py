@@ -11,6 +11,7 @@ from replayers.counterfactual.overlooked import PossibleContents
 from replayers.counterfactual.relevance import Answer
 from replayers.counterfactual.results import Assignment
 from workbench.execution.events import RunEnded, RunStatus
+from workbench.planning.strategy import Decision, View
 from workbench.worlds.house import ContainerId, Item, ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -84,7 +85,7 @@ class Segment:
         steps, picks: how many actions and picks it takes.
         unobserved: the look at which it stops; None at the end of the run.
         ended: how the run ended; None at an unobserved look.
-        depends_on_beliefs: whether some decision in it depended on beliefs.
+        by_beliefs: the decisions in it that may have depended on beliefs, each with what it was made by.
         moves_to_look: its moves on which the robot may see a tag in passing; on none of them it does.
     """
 
@@ -93,7 +94,7 @@ class Segment:
     picks: int
     unobserved: UnobservedLook | None
     ended: RunEnded | None
-    depends_on_beliefs: bool = True
+    by_beliefs: tuple[tuple[View | None, Decision], ...] = ()
     moves_to_look: tuple[PricedMove, ...] = ()
 
     @property
@@ -106,9 +107,9 @@ class Node:
     """A state of knowledge in the run tree. Steps, picks and cost count from the start, by the first path to it.
 
     imputed: an open container was searched on the way here, so that beliefs which depend on every observation are
-    unknown from here on. sighted: the nodes after a tag was seen in passing in its segment, with the cost from here;
-    None before anybody asked. walk: the move that the robot is on; knowledge then holds what it will have seen of the
-    containers that came into view, from where it set out.
+    unknown from here on. certain: what RunTree.certain answers, once it was asked. sighted: the nodes after a tag was
+    seen in passing in its segment, with the cost from here; None before anybody asked. walk: the move that the robot
+    is on; knowledge then holds what it will have seen of the containers that came into view, from where it set out.
     """
 
     knowledge: Knowledge
@@ -118,6 +119,7 @@ class Node:
     picks: int = 0
     cost: float = 0.0
     segment: Segment | None = None
+    certain: bool | None = None
     children: dict[Answer, Node] = field(default_factory=dict)
     sighted: tuple[tuple[float, Node], ...] | None = None
 

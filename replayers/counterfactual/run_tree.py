@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import final
 
 from replayers.counterfactual.decisions.memoized_strategy import MemoizedStrategy, StateKey
+from replayers.counterfactual.decisions.same_decision import SameDecision
 from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
@@ -27,7 +28,8 @@ from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.actions import prepares
-from workbench.planning.strategy import Decision, Strategy
+from workbench.planning.strategy import Decision, Strategy, View
+from workbench.search.policy import SearchPolicy
 from workbench.worlds.house import ContainerId, Item, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.world import ActionDone, NotInLog
@@ -49,6 +51,9 @@ class TreeOptions:
         exact_beliefs: the estimator answers what the robot believed; with rounded beliefs (logged_belief.ROUNDED)
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
+        looks_by: of a strategy whose plans go by distance alone: the policy by which it looks.
+        asked_again: how often it is asked again what it would do had the open containers held something else
+            (same_decision.py).
         traits: what is known of its runs, for bounds.
         durations: how long actions take where a run is replayed.
         as_driven: the strategy drove the run, and the tree is that run alone: what was seen by chance is seen again.
@@ -60,6 +65,8 @@ class TreeOptions:
     static_beliefs: bool = True
     exact_beliefs: bool = True
     reads_beliefs: bool = True
+    looks_by: SearchPolicy | None = None
+    asked_again: int = 0
     traits: SearchTraits = UNKNOWN
     durations: Durations = SIMULATED
     as_driven: bool = False
@@ -92,14 +99,22 @@ class RunTree:
         self.asked: dict[ContainerId, None] = {}
         self.max_steps = options.max_steps
         self.traits = options.traits
-        self._key = StateKey(relevance, options.static_beliefs, evidence.misses_left if evidence.misses else None)
-        self._planner = MemoizedStrategy(strategy, self._key) if options.merge else strategy
+        unmoved = options.static_beliefs or not options.reads_beliefs
+        self._key = StateKey(relevance, unmoved, evidence.misses_left if evidence.misses else None)
+        self._memoized = MemoizedStrategy(strategy, self._key) if options.merge else None
+        self._planner = self._memoized or strategy
         self._estimator = estimator
         self._seed = options.seed
         self._merge = options.merge
         self._durations = options.durations
         self._as_driven = options.as_driven
         self._exact_beliefs = options.exact_beliefs
+        plain = not evidence.misses and evidence.passing is None and evidence.tags is None
+        self._same = None
+        if options.merge and options.exact_beliefs and plain:
+            self._same = SameDecision(
+                strategy, estimator, evidence.open, policy=options.looks_by, at_most=options.asked_again
+            )
         self._reads_beliefs = options.reads_beliefs and not (options.static_beliefs and options.exact_beliefs)
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
@@ -150,7 +165,16 @@ class RunTree:
     def certain(self, node: Node) -> bool:
         """Whether the run from a node on is the same whatever else the open containers on the way held, and whatever
         rounding took from beliefs."""
-        return not ((node.imputed or not self._exact_beliefs) and self.advance(node).depends_on_beliefs)
+        if node.certain is None:
+            node.certain = self._is_certain(node)
+        return node.certain
+
+    def _is_certain(self, node: Node) -> bool:
+        by_beliefs = self.advance(node).by_beliefs
+        if not by_beliefs or (self._exact_beliefs and not node.imputed):
+            return True
+        same = self._same
+        return same is not None and all(view is not None and same.holds(view, made) for view, made in by_beliefs)
 
     def events(self, leaf: Leaf, *, explained_by: Strategy | None = None) -> tuple[Event, ...]:
         """The events of the run that ends in a leaf, from the start and with the paths walked.
@@ -229,12 +253,12 @@ class RunTree:
     def _run(self, node: Node) -> Segment:
         self.segments += 1
         world = self._world_at(node)
-        steps, picks, leans, walked, spent = 0, 0, False, 0.0, 0.0
+        steps, picks, walked, spent, by_beliefs = 0, 0, 0.0, 0.0, list[tuple[View | None, Decision]]()
         moves: list[PricedMove] = []
         if node.walk is not None:
             world, unknown, walked = self._walked(node, node.walk)
             if unknown is not None:
-                return Segment(cost=0.0, steps=0, picks=0, unobserved=unknown, ended=None, depends_on_beliefs=False)
+                return Segment(cost=0.0, steps=0, picks=0, unobserved=unknown, ended=None)
             steps = 1
         ended: RunEnded | None = None
         for event in self._events(world, begin_with=world.knowledge, steps_left=self.max_steps - node.steps - steps):
@@ -245,7 +269,8 @@ class RunTree:
                 picks += event.success and event.step.action == "pick"
                 spent += event.cost
             elif isinstance(event, PlanMade):
-                leans = leans or (self._reads_beliefs and self._asks(event.made))
+                if self._reads_beliefs and self._asks(event.made):
+                    by_beliefs.append((self._memoized.asked if self._memoized else None, event.made))
             elif isinstance(event, RunEnded):
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
@@ -258,7 +283,7 @@ class RunTree:
                 picks=picks,
                 unobserved=None,
                 ended=ended,
-                depends_on_beliefs=leans,
+                by_beliefs=tuple(by_beliefs),
                 moves_to_look=tuple(moves),
             )
         move = world.unfinished
@@ -272,7 +297,7 @@ class RunTree:
             picks=picks,
             unobserved=unobserved,
             ended=None,
-            depends_on_beliefs=leans,
+            by_beliefs=tuple(by_beliefs),
             moves_to_look=tuple(moves),
         )
 

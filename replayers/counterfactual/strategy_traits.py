@@ -18,6 +18,7 @@ from workbench.planning.solvers.protocol import BuiltIn
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import AllOf, Delivered, Goal, Holding
 from workbench.search.policies.nearest_first import NearestFirst
+from workbench.search.policy import SearchPolicy
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,10 +52,15 @@ def search_traits(planner: Strategy, goal: Goal) -> SearchTraits:
 
 def uses_beliefs(planner: Strategy, goal: Goal) -> bool:
     """Whether beliefs can change what a strategy does; True where that is unknown."""
+    return not isinstance(looks_by(planner, goal), NearestFirst)
+
+
+def looks_by(planner: Strategy, goal: Goal) -> SearchPolicy | None:
+    """The search policy of a strategy whose plans go by distance alone, so that beliefs change nothing but where it
+    looks; None where its plans may depend on them."""
     if not isinstance(planner, Composed) or prepares(goal):
-        return True
-    by_distance = isinstance(planner.pricing, Optimistic | Pessimistic)
-    return not (by_distance and isinstance(planner.policy, NearestFirst))
+        return None
+    return planner.policy if isinstance(planner.pricing, Optimistic | Pessimistic) else None
 
 
 def looks_nearest_first(planner: Strategy, goal: Goal) -> bool:

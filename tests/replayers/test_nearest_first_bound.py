@@ -62,6 +62,18 @@ def test_by_hand_only_the_places_that_are_left_count(tmp_path: Path) -> None:
     assert bound_of(evidence).remaining_cost(known.seen(BED, ()).moved(LocationId(BED))) == 2 + 5 + 7 + 5
 
 
+def test_another_instance_that_is_known_does_not_raise_it(tmp_path: Path) -> None:
+    """A mug on the desk is far from all; with one on the counter, no shortest plan fetches it."""
+    both = task_of(AllOf(parts=(delivered(PENCIL, START), delivered(MUG, START))))
+    evidence = toy_evidence(tmp_path, both)
+    known = at_start(evidence)
+    near = known.seen(COUNTER, (item("Mug|1"),))
+    far = near.seen(DESK, (item("Mug|2"),))
+    bound = bound_of(evidence)
+    assert bound.remaining_cost(far) == bound.remaining_cost(near.seen(DESK, ()))
+    assert bound.remaining_cost(known.seen(COUNTER, ()).seen(DESK, (item("Mug|2"),))) > bound.remaining_cost(far)
+
+
 def test_it_says_nothing_where_its_argument_does_not_hold(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, PENCIL_TO_START)
     start = at_start(evidence)

@@ -8,9 +8,12 @@ import pytest
 from toy_logs import BOOK, MUG, InOrder, delivered
 
 from recorders.simulated_run import RequestedTask, record_trial, trial_for
+from replayers.counterfactual.bounds import branch_and_bound
 from replayers.counterfactual.bounds.bounds import Budget
+from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
-from replayers.counterfactual.replay import Replay, replay_on, replay_strategy
+from replayers.counterfactual.replay import Replay, replay_on, replay_strategy, run_tree_of
+from replayers.counterfactual.results import Proof
 from replayers.counterfactual.strategy_traits import decision_kind
 from replayers.runs.run import Run, read
 from workbench.planning.strategies import strategy
@@ -99,3 +102,17 @@ def test_a_search_that_began_otherwise_is_not_shared() -> None:
     alone = replay_on(prepare_log(read(LOGS / "find-greedy.mcap"), FEW), "opt-greedy")
     assert findings(made) == findings(alone)
     assert findings(made) != findings(other)
+
+
+def test_a_search_that_is_nearly_done_goes_on_beyond_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    """172 segments settle both ends; a budget of 130 would end at 128, with few branches left."""
+    prepared = prepare_log(read(LOGS / "deliver-3.mcap"), ReplaySettings(worlds=0), with_ways=False)
+    budget, planner = Budget(segments=130, finish=0), strategy("conditioned-lios")
+    nearly = bounds_of(run_tree_of(prepared, planner), budget=budget)
+    monkeypatch.setattr(branch_and_bound, "NEARLY_DONE", -1.0)
+    strict = bounds_of(run_tree_of(prepared, planner), budget=budget)
+    assert nearly.upper_proof is Proof.EXACT
+    assert budget.segments < nearly.segments <= 2 * budget.segments
+    assert strict.upper_proof is not Proof.EXACT
+    assert strict.segments <= budget.segments
+    assert strict.upper >= nearly.upper == nearly.largest_found >= strict.largest_found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from itertools import permutations
 
@@ -260,3 +261,16 @@ def test_policies_answer_to_the_papers_spelling() -> None:
     for name in ("ConditionedLIOS", "conditionedlios", " Conditioned-LIOS "):
         assert policy(name).name == "conditioned-lios"
     assert policy("LIOS").name == "lios"
+
+
+@pytest.mark.parametrize("name", ["lios", "conditioned-lios"])
+def test_many_beliefs_at_once_begin_where_each_would_begin(name: str) -> None:
+    searcher = policy(name)
+    assert isinstance(searcher, LeastExpectedCost)
+    query = toy_query({DESK: 0.9})
+    rng = np.random.default_rng(1)
+    rows = rng.uniform(0, 1, size=(20, len(query.belief.containers)))
+    each = [searcher.first(replace(query, belief=replace(query.belief, probability=row[None]))) for row in rows]
+    assert searcher.firsts(query, rows) == set(each)
+    assert len(set(each)) > 1
+    assert searcher.firsts(query, rows[:1]) == {each[0]}

@@ -26,6 +26,11 @@ MIN_PROBABILITY = 1e-4
 FEATURES = 55
 """Number of features; weights depend on their order. The first is the log-odds of the name-based probability."""
 
+ALIKE, FULL_ROOM, FULL_TYPE, FULL_HOUSE = 23, 24, 25, 26
+"""The features that depend on which other items were observed: how alike the most alike of them in the room is, and
+how full the searched containers are of the room, of the type, and of the house. More items observed in a searched
+container never lower any of them, and change no other feature."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NameOpinions:

@@ -139,6 +139,25 @@ def best_order(
     return setup.candidates[0, order]
 
 
+def first_stops(
+    here: SearchSpace,
+    *,
+    costs: ActionCosts,
+    belief_model: BeliefModel,
+    limit: int,
+    ranking: Ranking | None = None,
+) -> list[int]:
+    """The first container of the optimal order of every row of `here.probability`, as an index into
+    here.containers."""
+    rows = np.arange(len(here.probability))
+    setup = _setup(here, rows, costs, belief_model, limit, ranking)
+    search, find = program(), setup.found[:, :, 0]
+    return [
+        int(setup.candidates[k, search.best_order(setup.missing[k], between, from_m, found, costs.search)[0]])
+        for k, between, from_m, found in zip(rows, setup.between_m, setup.from_m[:, 0], find, strict=True)
+    ]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Setup:
     """The arrays of reference.cost_table, with their probabilities and candidates."""

@@ -25,11 +25,13 @@ class Bounds(BoundFigures):
 
     Attributes:
         segments: how many segments of the loop it took.
+        cut: whether some run was not followed because beliefs that are not known decide how it goes on.
         cheapest, most_expensive: ends that cost least_found and largest_found: worlds that one can look at.
         groups: what is known of the cost in each group of worlds, all together; empty when there are too many.
     """
 
     segments: int
+    cut: bool = False
     cheapest: Leaf | None = None
     most_expensive: Leaf | None = None
     groups: tuple[WorldGroup, ...] = ()
@@ -82,12 +84,15 @@ class Budget:
     """How much work may be spent on one strategy over one log.
 
     Attributes:
-        segments: segments of the closed loop, each about one decision.
+        segments: segments of the closed loop, each about one decision; up to twice as many where the most expensive
+            run is nearly settled.
         segments_if_shortest: for strategies that plan shortest (strategy_traits.plans_shortest): about half of their
             states need not be followed, and their segments are fast; None for `segments`.
         finish: where fewer than this were needed, every world is followed to its end even though the bounds are
             settled: comparisons world by world need all ends.
         draws: segments for the estimate; when they are spent, fewer worlds are drawn.
+        asked_again: how many decisions may be asked for again per segment, to show that they do not depend on what
+            else open containers hold (same_decision.py).
         climb: segments for each climb towards the cheapest and the most expensive run, where no upper bound is known.
     """
 
@@ -96,6 +101,7 @@ class Budget:
     finish: int = 150
     draws: int = 100
     climb: int = 60
+    asked_again: int = 2
 
     def of(self, *, plans_shortest: bool) -> Budget:
         """The budget of one strategy, with its number of segments."""

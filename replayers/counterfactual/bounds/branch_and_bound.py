@@ -7,9 +7,9 @@ expensive. When the budget is spent, the intervals are still bounds, and the res
 holds for a node holds for its children, so that an interval only ever narrows, and with it the bounds as the budget
 grows.
 
-Where beliefs follow all that is seen (run_tree.RunTree.certain), a run that depends on them is not followed beyond
-its first open container: the other contents there would have changed them, and cannot be enumerated. Its outer
-interval holds for all beliefs. Where the log rounded beliefs, the same holds from the start on.
+Where beliefs follow all that is seen, a run is not followed beyond an open container whose other contents may change
+what it does next (run_tree.RunTree.certain). Its outer interval holds for all beliefs. Where the log rounded beliefs,
+the same holds from the start on.
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ from replayers.counterfactual.run_tree import Leaf, Node, RunTree, UnobservedLoo
 from workbench.tolerances import NEAR_COST
 
 Side = Literal["low", "high"]
+
+NEARLY_DONE = 0.25
+"""As a share of the budget: with fewer branches left that could cost most, it is worth going on."""
 
 
 def bounds_of(
@@ -53,6 +56,7 @@ class BoundSearch:
         self._tree = tree
         self._only_certain = only_certain
         self._is_straight = True
+        self._cut = False
         self._budget = budget
         self._failure = tree.evidence.task.failure_cost
         self._outside = outside
@@ -73,16 +77,25 @@ class BoundSearch:
         while not self._intervals[root].spent:
             spent = self._tree.segments - began
             side = self._unsettled_side()
-            if spent >= self._budget.segments or (side is None and spent >= self._budget.finish):
+            limit = self._limit(spent)
+            if spent >= limit or (side is None and spent >= self._budget.finish):
                 break
             if side == "high":
                 if (known := self._largest_known()) is not None:
                     self._expand_below(known)
                     continue
-                if self._open_maxima() > self._budget.segments - spent:
+                if self._open_maxima() > limit - spent:
                     break  # the maximum is certain only when each of these was followed: not worth trying
             self._descend(side)
         return self._result()
+
+    def _limit(self, spent: int) -> int:
+        """How many segments the search may take: the budget, and as many again where few branches are left that could
+        cost most."""
+        segments = self._budget.segments
+        if spent < segments // 2:
+            return segments
+        return 2 * segments if self._open_maxima() <= NEARLY_DONE * segments else segments
 
     def _unsettled_side(self) -> Side | None:
         """The end of the root's interval that is not settled; of two, the one with the larger gap."""
@@ -165,7 +178,7 @@ class BoundSearch:
         self._known.pop(node, None)
         before = self._intervals[node]
         if not self._may_expand(node):
-            before.spent = True
+            before.spent = self._cut = True
             return
         unobserved = self._tree.advance(node).unobserved
         if unobserved is not None:
@@ -313,6 +326,7 @@ class BoundSearch:
             largest_found=largest,
             complete=whole.whole,
             segments=self._tree.segments,
+            cut=self._cut,
             can_fail=whole.fails,
             cheapest=self._attaining_leaf("low"),
             most_expensive=self._attaining_leaf("high"),

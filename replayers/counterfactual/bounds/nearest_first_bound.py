@@ -215,11 +215,13 @@ def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> floa
 @njit(cache=True, nogil=True)
 def _errand(state: _Errands, part: int, at: int, gone: Bools) -> float:
     """The longest errand that a part may take from a location on; -1 where its item cannot have been found, except
-    where it is wanted."""
-    longest, target = -1.0, state.targets[part]
+    where it is wanted. Of instances that are known, a shortest plan takes the one that makes the errand shortest."""
+    longest, shortest, target = -1.0, np.inf, state.targets[part]
     for place in state.standing[part]:
         if place >= 0:
-            longest = max(longest, state.metres[at, place] + state.metres[place, target])
+            shortest = min(shortest, state.metres[at, place] + state.metres[place, target])
+    if shortest < np.inf:
+        return float(shortest + 2.0 * state.handle)
     for c in range(len(gone)):
         place = state.containers[c]
         if gone[c] and state.may[part, c] and place != target:

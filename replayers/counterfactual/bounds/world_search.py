@@ -37,19 +37,16 @@ class WorldSearch:
     asked: tuple[ContainerId, ...]
 
 
-def search_worlds(
-    tree: RunTree, worlds: SampledWorlds | None, budget: Budget, cache: SearchCache, *, by_names: bool
-) -> WorldSearch:
+def search_worlds(tree: RunTree, worlds: SampledWorlds | None, budget: Budget, cache: SearchCache) -> WorldSearch:
     """Searches the worlds for the bounds, then follows the drawn ones.
 
     Args:
         worlds: the drawn ones; None without an estimate.
         cache: the searches over the log.
-        by_names: beliefs go by names alone and are the robot's own, so that bounds need no condition.
     """
     bounds = bounds_of(tree, budget=budget, cache=cache)
     standing = None
-    if not bounds.complete and not by_names:
+    if bounds.cut:
         standing = bounds_of(tree, budget=budget, whatever_is_believed=False, cache=cache)
     drawn, estimate, ends = None, None, ()
     if worlds is not None:

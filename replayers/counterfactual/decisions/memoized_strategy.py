@@ -24,7 +24,7 @@ class StateKey:
 
     Attributes:
         relevance: which types still matter.
-        static_beliefs: whether beliefs depend on names alone.
+        static_beliefs: whether beliefs depend on names alone, or are not used.
         misses_left: where looks may have missed, how many items may still be overlooked.
     """
 
@@ -50,12 +50,17 @@ class StateKey:
 
 @final
 class MemoizedStrategy:
-    """A strategy that is asked once for each state that it can distinguish."""
+    """A strategy that is asked once for each state that it can distinguish.
+
+    Attributes:
+        asked: the view of the last decision.
+    """
 
     def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
         self._strategy = strategy
         self._key = key
         self._made: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
+        self.asked: View | None = None
 
     @property
     def name(self) -> str:
@@ -65,4 +70,5 @@ class MemoizedStrategy:
         return self._strategy.relevant_types(task)
 
     def decide(self, view: View) -> Decision:
+        self.asked = view
         return self._made.get(self._key(view.knowledge), lambda: self._strategy.decide(view))

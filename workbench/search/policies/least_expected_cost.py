@@ -3,16 +3,17 @@ candidate limit."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
+from workbench.arrays import Floats
 from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit
-from workbench.search.engine import best_order, expected_search
+from workbench.search.engine import best_order, expected_search, first_stops
 from workbench.search.find_costs import BeliefModel, SearchStop
 from workbench.search.orders import ExpectedSearch
 from workbench.search.places import search_space
 from workbench.search.policy import SearchQuery
-from workbench.worlds.house import ContainerId
+from workbench.worlds.house import ContainerId, ItemType
 
 
 @final
@@ -52,3 +53,19 @@ class LeastExpectedCost:
             ranking=self.ranking,
         )
         return here.containers[order[0]]
+
+    def firsts(self, query: SearchQuery, rows: Floats) -> frozenset[ContainerId]:
+        """Where the policy looks first with each of many rows of probabilities in place of the query's.
+
+        Args:
+            rows: shape (any, containers of the query's belief).
+        """
+        types = tuple(ItemType(f"row {k}") for k in range(len(rows)))
+        belief = replace(query.belief, item_types=types, probability=rows, p_detect=())
+        here = search_space(belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        if not here.containers or not types:
+            return frozenset()
+        found = first_stops(
+            here, costs=query.costs, belief_model=self.belief_model, limit=self.limit, ranking=self.ranking
+        )
+        return frozenset(here.containers[k] for k in found)
