@@ -95,9 +95,9 @@ def test_a_search_that_began_otherwise_is_not_shared() -> None:
     prepared = prepare_log(read(LOGS / "find-greedy.mcap"), FEW)
     goal = prepared.evidence.task.goal
     other = replay_on(prepared, "opt-lios")
-    found = prepared.searched.find((decision_kind(strategy("opt-lios"), goal), True))
+    found = prepared.searched.find((decision_kind(strategy("opt-lios"), goal), True, False))
     assert found is not None
-    prepared.searched.put((decision_kind(strategy("opt-greedy"), goal), True), found)
+    prepared.searched.put((decision_kind(strategy("opt-greedy"), goal), True, False), found)
     made = replay_strategy(prepared, strategy("opt-greedy"))
     alone = replay_on(prepare_log(read(LOGS / "find-greedy.mcap"), FEW), "opt-greedy")
     assert findings(made) == findings(alone)
