@@ -200,6 +200,8 @@ class _Rise(NamedTuple):
     most: float = np.inf
 
 
+MAX_SHARED = 20_000
+"""Limit on combinations of fullness that are looked through; in large houses they multiply."""
 SLACK = 1e-6
 """Numbers of items are computed from logarithms; this much more or less than what is possible is still tried."""
 
@@ -240,6 +242,8 @@ def _tables_whatever_else(
     of_item = [
         [_rises(ALIKE, room == one, trees, table[:, item]) for one in alike_in] for item in range(table.shape[1])
     ]
+    if _combinations(shared) > MAX_SHARED:
+        return None
     together = [raised for raised in product(*shared) if _add_up(raised, unbounded)]
     if len(together) * max(map(_combinations, of_item)) > at_most:
         return None
