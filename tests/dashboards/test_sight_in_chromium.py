@@ -77,8 +77,9 @@ def test_the_dashboard_draws_the_sight_and_its_layer_can_be_hidden(browser: Brow
         hidden = _still(page)
         session.change(sight=True)
         until_seen(page, lambda picture: _changed(picture, hidden) > DRAWN_PX)
+        shown = _still(page)
         session.change(sight=False)
-        until_seen(page, lambda picture: _changed(picture, hidden) < DRAWN_PX // 2)
+        until_seen(page, lambda picture: _changed(picture, shown) > DRAWN_PX)
         page.close()
     finally:
         dashboard.stop()

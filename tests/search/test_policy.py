@@ -15,7 +15,7 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house, toy_travel
 from workbench import plugins
 from workbench.beliefs.belief import Belief
 from workbench.errors import BadValue, UnknownName
-from workbench.plugins import NameOrigin
+from workbench.plugins import NameOrigin, PluginNotLoaded
 from workbench.search.candidates import TooManyCandidates
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.search.engine import expected_search
@@ -248,12 +248,12 @@ def test_a_third_partys_policy_comes_in_by_module_and_name() -> None:
 
 @pytest.mark.parametrize("name", ["no_such_module:x", "test_policy:NotThere"])
 def test_a_module_that_is_not_there_is_named(name: str) -> None:
-    with pytest.raises(UnknownName, match=name.partition(":")[0]):
+    with pytest.raises(PluginNotLoaded, match=name.partition(":")[0]):
         policy(name, origin=NameOrigin.USER)
 
 
 def test_something_that_is_no_policy_is_refused() -> None:
-    with pytest.raises(BadValue, match="order"):
+    with pytest.raises(PluginNotLoaded, match="order"):
         policy("test_policy:MUG", origin=NameOrigin.USER)
 
 
