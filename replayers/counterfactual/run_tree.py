@@ -23,7 +23,7 @@ from replayers.counterfactual.overlooked import may_be_sighted, possible_content
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from replayers.counterfactual.results import Assignment
 from replayers.counterfactual.run_nodes import Choose, Leaf, Node, PricedMove, Segment, UnfinishedWalk, UnobservedLook
-from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
+from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits, believes_missing_only
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task
@@ -111,7 +111,8 @@ class RunTree:
         self._exact_beliefs = options.exact_beliefs
         plain = not evidence.misses and evidence.passing is None and evidence.tags is None
         self._same = None
-        if options.merge and options.exact_beliefs and plain:
+        self._missing_only = believes_missing_only(strategy)
+        if self._missing_only and options.merge and options.exact_beliefs and plain:
             self._same = SameDecision(
                 strategy, estimator, evidence.open, policy=options.looks_by, at_most=options.asked_again
             )
@@ -319,9 +320,10 @@ class RunTree:
         return world, None, answer.travel_m
 
     def _asks(self, made: Decision) -> bool:
-        """Whether a decision can have depended on beliefs: built-in strategies ask them for what is missing, and
-        for where to prepare things."""
-        return made.find_costs is not None or not self._merge or prepares(self.evidence.task.goal)
+        """Whether a decision can have depended on beliefs: most built-in strategies ask them for what is missing, and
+        for where to prepare things; those that simulate, always."""
+        asked = made.find_costs is not None or not self._merge or not self._missing_only
+        return asked or prepares(self.evidence.task.goal)
 
     def _events(
         self,

@@ -63,6 +63,12 @@ def looks_by(planner: Strategy, goal: Goal) -> SearchPolicy | None:
     return planner.policy if isinstance(planner.pricing, Optimistic | Pessimistic) else None
 
 
+def believes_missing_only(planner: Strategy) -> bool:
+    """Whether a strategy goes by beliefs about types that are missing, and about no others; False where that is
+    unknown. Strategies that simulate draw a world for everything that the task needs."""
+    return isinstance(planner, Composed) and not planner.find_known
+
+
 def looks_nearest_first(planner: Strategy, goal: Goal) -> bool:
     """Whether every look of a strategy goes to the nearest unsearched container; False where that is unknown."""
     return isinstance(planner, Composed) and isinstance(planner.policy, NearestFirst) and not prepares(goal)

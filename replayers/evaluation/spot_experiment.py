@@ -23,6 +23,7 @@ from workbench.search.costs import ROBOT_COSTS
 from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import ContainerId, LocationId
 from workbench.worlds.sight.sightings import stop_point
+from workbench.worlds.sight.tags_in_passing import TagsInPassing
 from workbench.worlds.sites.configurations import Configuration, configurations_of, site_and_house
 from workbench.worlds.sites.site import Site
 
@@ -161,32 +162,30 @@ def cost_by_the_matrix(run: Run) -> float:
     outcome = run.outcome
     if outcome is None or outcome.status != "done":
         return outcome.cost if outcome is not None else 0.0
+    tags = tags_from_settings(run.settings, run.place)
     total = 0.0
     for action in run.actions:
-        total += _by_the_matrix(run, action) if action.action == "move" and action.success else action.cost
+        total += _by_the_matrix(run, tags, action) if action.action == "move" and action.success else action.cost
     return total
 
 
-def _by_the_matrix(run: Run, move: ActionFinished) -> float:
+def _by_the_matrix(run: Run, tags: TagsInPassing | None, move: ActionFinished) -> float:
     """The metres of a move by the travel costs, also of one that ended or began at a turn on the way."""
-    tags, origin, target = (
-        tags_from_settings(run.settings, run.place),
-        LocationId(move.origin),
-        LocationId(move.target),
-    )
+    origin, target = LocationId(move.origin), LocationId(move.target)
     if tags is None or stop_point(target) is None:
         travel = run.place.travel if tags is None else tags.travel_from(origin)
         return travel.between(origin, target) or 0.0
-    plan = next(plan for plan in run.plans if plan.decision == move.decision)
     points = (
         point
+        for plan in run.plans
+        if plan.decision == move.decision and plan.search_order
         for seen in run.sightings
         if seen.decision == move.decision
         for point in tags.turning_points(
             origin, LocationId(plan.search_order[0].container), ContainerId(seen.container)
         )
     )
-    return next(point.walked_m for point in points if point.location == target)
+    return next((point.walked_m for point in points if point.location == target), move.cost)
 
 
 def _named(known: Mapping[str, Configuration], name: str, site: Site) -> Configuration:

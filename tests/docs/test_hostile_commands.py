@@ -14,6 +14,9 @@ from workbench import cli
 LOG = ROOT / "logs" / "find-lios.mcap"
 WRONG = (
     "record --find mug --seed -1",
+    "evaluate search --sees 2 --miss-rate 0.2 --policies conditioned-lios@start-over",
+    "evaluate tasks --memory --sees 2.5",
+    "evaluate search --rates rates.yaml",
     "record --find mug --known nan",
     "record --find unobtainium",
     "record --find mug --scenario deliver-3",

@@ -126,9 +126,11 @@ def search(
     if memory or rates is not None:
         from recorders.commands.evaluate.memory_tables import show_searches
 
-        if not memory or record or request.folds is not None or dry_run or miss_rate or workers > 1:
-            given = "given for --rates, and without --record, --folds, --miss-rate, --workers and --dry-run"
-            raise BadValue("--memory", memory, given)
+        if not memory:
+            raise BadValue("--memory", None, "given with --rates")
+        if record or request.folds is not None or dry_run or miss_rate or workers > 1:
+            others = "without --record, --folds, --miss-rate, --workers and --dry-run"
+            raise BadValue("--memory", memory, f"given {others}")
         show_searches(request, rates, output, force=force, json=json)
         return
     experiment = request.experiment()

@@ -22,8 +22,9 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
         InputError: a radius, file, policy or estimator cannot be used, or the output exists.
         Failed: there was nothing to search for.
     """
-    from workbench.errors import Failed
+    from workbench.errors import BadValue, Failed
     from workbench.evaluation.search.experiment import policies_named
+    from workbench.evaluation.search.missed_looks import START_OVER
     from workbench.evaluation.search.sight_curve import (
         SightSearches,
         radii_named,
@@ -39,6 +40,8 @@ def show_sight(request: SearchRequest, sees: str, output: Path | None, *, force:
     file = None if output is None else output / "sight.json"
     require_free(file, force=force)
     request.experiment()
+    if any(name.endswith(START_OVER) for name in request.policies):
+        raise BadValue("--policies", ", ".join(request.policies), f"without {START_OVER} where --sees is given")
     everything = "all" in [name.lower() for name in request.policies]
     named = policies_named((DEFAULT,) if everything else request.policies)
     settings = SightSearches(

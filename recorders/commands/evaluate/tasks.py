@@ -134,11 +134,11 @@ def tasks(
         from recorders.commands.evaluate.memory_tables import show_tasks
 
         alone = not (record or cells or dealt_as or dry_run or scheduler or miss_rate or sees or workers > 1)
-        if not memory or not alone:
-            given = (
-                "given for --rates, and without --record, --folds, --workers, --scheduler, --miss-rate, --sees, -k"
-            )
-            raise BadValue("--memory", memory, given)
+        if not memory:
+            raise BadValue("--memory", None, "given with --rates")
+        if not alone:
+            others = "without --record, --folds, --workers, --scheduler, --dry-run, --miss-rate, --sees and -k"
+            raise BadValue("--memory", memory, f"given {others}")
         show_tasks(request, rates, output, force=force, json=json)
         return
     fold_split = request.fold_split()

@@ -59,7 +59,8 @@ class SameDecision:
     """The test for one strategy and one estimator.
 
     Args:
-        strategy: one that uses beliefs about types that are missing, and about no others.
+        strategy: one that uses beliefs about types that are missing, and about no others
+            (strategy_traits.believes_missing_only).
         unopened: the containers that nobody opened.
         policy: of a strategy whose plans do not depend on beliefs: what decides where it looks.
         at_most: how often the strategy is asked again, over all decisions.
@@ -101,10 +102,10 @@ class SameDecision:
         )
         if beliefs is None:
             return False
-        next_steps = _next_steps(made)
+        expected = next_steps(made)
         for belief in reversed(beliefs):  # the last is the farthest from what was believed
             self._left -= 1
-            if _next_steps(self._strategy.decide(_with(view, belief))) != next_steps:
+            if next_steps(self._strategy.decide(_with(view, belief))) != expected:
                 return False
         return True
 
@@ -116,6 +117,9 @@ class SameDecision:
         if find is None or not made.search_order:
             return True
         assert self._estimator is not None, "asked of estimators that follow contents"
+        if self._left <= 0:
+            return False
+        self._left -= 1
         beliefs = self._estimator.beliefs_whatever_else(
             view.knowledge, find.item_types[:1], partly_known, at_most=MAX_ROWS
         )
@@ -144,7 +148,7 @@ def _with(view: View, belief: Belief) -> View:
     return replace(view, belief=after_looks(believed, view.knowledge, view.perception))
 
 
-def _next_steps(made: Decision) -> object:
+def next_steps(made: Decision) -> object:
     """What a robot does by a decision until it sees something new, or all of it."""
     plan, first = made.plan, made.search_order[0].container if made.search_order else None
     if plan.status is not PlanStatus.SOLVED:
