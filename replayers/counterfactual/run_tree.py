@@ -276,28 +276,19 @@ class RunTree:
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
         self.max_picks = max(self.max_picks, node.picks + picks)
-        if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
-            cost = walked + ended.own_cost
-            return Segment(
-                cost=cost,
-                steps=steps,
-                picks=picks,
-                unobserved=None,
-                ended=ended,
-                by_beliefs=tuple(by_beliefs),
-                moves_to_look=tuple(moves),
-            )
-        move = world.unfinished
-        walk = None if move is None else UnfinishedWalk(before=world.knowledge, move=move)
-        unobserved = self._unobserved_look(ended.unseen, world.knowledge, walk)
-        cost = walked + ended.own_cost + (self.evidence.costs.search if walk is None else 0.0)
-        steps += walk is None
+        cost, unobserved = walked + ended.own_cost, None
+        if ended.status is RunStatus.UNDETERMINED and ended.unseen is not None:
+            move = world.unfinished
+            walk = None if move is None else UnfinishedWalk(before=world.knowledge, move=move)
+            unobserved = self._unobserved_look(ended.unseen, world.knowledge, walk)
+            cost += self.evidence.costs.search if walk is None else 0.0
+            steps += walk is None
         return Segment(
             cost=cost,
             steps=steps,
             picks=picks,
             unobserved=unobserved,
-            ended=None,
+            ended=ended if unobserved is None else None,
             by_beliefs=tuple(by_beliefs),
             moves_to_look=tuple(moves),
         )
