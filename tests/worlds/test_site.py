@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.commands.site import check
 from workbench.errors import BadValue, Failed, FileMissing, MalformedFile, UnknownName
-from workbench.evaluation.commands.site import check
 from workbench.worlds.house import START, LocationId
 from workbench.worlds.maps.occupancy import OccupancyGrid, occupancy_of
 from workbench.worlds.sites.check import check_site

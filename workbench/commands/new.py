@@ -150,7 +150,7 @@ def _words(name: str) -> tuple[str, ...]:
 
 
 def _template(name: str) -> str:
-    folder = Path(__file__).resolve().parents[2] / "data" / "templates"
+    folder = Path(__file__).resolve().parents[1] / "data" / "templates"
     return (folder / name).read_text(encoding="utf-8")
 
 

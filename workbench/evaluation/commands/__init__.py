@@ -1,1 +1,0 @@
-"""Commands of this package: each parses its arguments, makes one call and prints the result."""
