@@ -81,10 +81,10 @@ def record(
     path = Path(path)
     if path.exists() and not force and sink is None:
         raise OutputExists(path)
-    home, ways = _place(house, assets, moved, seed)
+    home, nav = _place(house, assets, moved, seed)
     job = RequestedTask(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
     trial = trial_for(
-        job, home, strategy=strategy, estimator=estimator, seed=seed, max_known=known, miss_rate=miss_rate, ways=ways
+        job, home, strategy=strategy, estimator=estimator, seed=seed, max_known=known, miss_rate=miss_rate, paths=nav
     )
     trial = _with_memory(replace(trial, sees_m=sees), memory, rates, day)
     on_begun = None if begun is None else lambda: begun(trial)
@@ -92,19 +92,19 @@ def record(
 
 
 def _place(house: House | str, assets: Path | None, moved: float, seed: int) -> tuple[House, NavigationPaths | None]:
-    """The house, after a share of its items has moved; and, of a site, its ways."""
-    ways: NavigationPaths | None = None
+    """The house, after a share of its items has moved; and, of a site, its navigation."""
+    navigation: NavigationPaths | None = None
     if isinstance(house, House):
         place = house
     elif (site := site_address(house)) is not None:
         simulated = simulated_site(*site, seed=seed)
-        place, ways = simulated.house, simulated.ways
+        place, navigation = simulated.house, simulated.navigation
     else:
         place = load_house(house, assets=assets_for(house, assets))
     if not moved:
-        return place, ways
-    travel = (ways or navigate(place.plan)).travel
-    return moved_house(place, travel, moved, rng=np.random.default_rng((seed, MOVED_SEED))), ways
+        return place, navigation
+    travel = (navigation or navigate(place.plan)).travel
+    return moved_house(place, travel, moved, rng=np.random.default_rng((seed, MOVED_SEED))), navigation
 
 
 def _with_memory(trial: Trial, logs: Sequence[Path | str], rates: Path | str | None, day: int | None) -> Trial:

@@ -32,7 +32,7 @@ from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.perception import PERFECT, Perception, missing_at
 from workbench.worlds.sight.lines_of_sight import checked_radius
-from workbench.worlds.sight.sightings import PassingWays, passing_ways
+from workbench.worlds.sight.sightings import SightPaths, sight_paths
 from workbench.worlds.simulated import EPOCH_NS, NavigationPaths, SimulatedWorld
 
 
@@ -49,7 +49,7 @@ class Trial:
         trusts_looks: the robot does not know the miss rate, and believes every look.
         memory: what the robot remembers of earlier runs.
         start_ns: when the run begins, in nanoseconds since the Unix epoch.
-        ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
+        paths: travel costs and paths, such as a site's; None to find them on the house's floor plan.
 
     Raises:
         BadValue: no sight radius, or sight together with other ways.
@@ -67,10 +67,10 @@ class Trial:
     trusts_looks: bool = False
     memory: Memory | None = None
     start_ns: int = EPOCH_NS
-    ways: NavigationPaths | None = None
+    paths: NavigationPaths | None = None
 
     def __post_init__(self) -> None:
-        if checked_radius(self.sees_m) and self.ways is not None:
+        if checked_radius(self.sees_m) and self.paths is not None:
             raise BadValue("--sees", self.sees_m, "given for a house, not for a surveyed site")
 
     @property
@@ -114,14 +114,14 @@ def trial_for(
     seed: int = 0,
     max_known: float | None = None,
     miss_rate: float = 0.0,
-    ways: NavigationPaths | None = None,
+    paths: NavigationPaths | None = None,
 ) -> Trial:
     """The trial for a task request in a house.
 
     Args:
         max_known: largest share of containers known at the start; by default 0 for a find, and
             MAX_KNOWN_SHARE for a task.
-        ways: travel costs and paths, such as a site's; None to find them on the house's floor plan.
+        paths: travel costs and paths, such as a site's; None to find them on the house's floor plan.
 
     Raises:
         UnknownName: an unknown item type or scenario.
@@ -138,7 +138,7 @@ def trial_for(
             request.scenario or str(request.task_file),
             house,
             seed=seed,
-            travel=(ways or navigate(house.plan)).travel,
+            travel=(paths or navigate(house.plan)).travel,
             max_known=MAX_KNOWN_SHARE if max_known is None else max_known,
         )
     return Trial(
@@ -149,7 +149,7 @@ def trial_for(
         seed=seed,
         known=start.known,
         miss_rate=miss_rate,
-        ways=ways,
+        paths=paths,
     )
 
 
@@ -233,7 +233,7 @@ def _plain(name: str) -> str:
 
 
 def _prepare(trial: Trial) -> _PreparedRun:
-    navigation = trial.ways or navigate(trial.house.plan)
+    navigation = trial.paths or navigate(trial.house.plan)
     setup = set_up(
         trial.task,
         strategy=trial.strategy,
@@ -259,11 +259,11 @@ def _prepare(trial: Trial) -> _PreparedRun:
     )
 
 
-def _sight(trial: Trial) -> PassingWays | None:
+def _sight(trial: Trial) -> SightPaths | None:
     if not trial.sees_m:
         return None
     navigation = navigate(trial.house.plan)
-    return passing_ways(trial.house.plan, navigation.travel, navigation, trial.sees_m)
+    return sight_paths(trial.house.plan, navigation.travel, navigation, trial.sees_m)
 
 
 def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:

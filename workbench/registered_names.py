@@ -28,7 +28,7 @@ STRATEGIES: Mapping[str, str] = MappingProxyType(
         "model-lios-per-find": "Variant: model-lios with candidates chosen for each find.",
         "conditioned-lios-per-find": "Variant: conditioned-lios with candidates chosen for each find.",
         "robust-lios": "As conditioned-lios; where looks can miss, it plans to look again.",
-        "sight-lios": "As conditioned-lios; counts what the robot sees on each way (--sees).",
+        "sight-lios": "As conditioned-lios; counts what the robot sees on each path (--sees).",
     }
 )
 
@@ -41,7 +41,7 @@ POLICIES: Mapping[str, str] = MappingProxyType(
         "marginal-lios": "Least expected cost under the marginal belief.",
         "full-lios": "Expected cost optimised over all unsearched containers, not a few candidates.",
         "robust-lios": "As conditioned-lios; where looks can miss, the best sequence of looks, some repeated.",
-        "sight-lios": "As conditioned-lios; counts what the robot sees on each way.",
+        "sight-lios": "As conditioned-lios; counts what the robot sees on each path.",
     }
 )
 

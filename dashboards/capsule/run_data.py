@@ -69,14 +69,14 @@ def run_data(
         signs: what the legend needs for the runs shown together; given for the run in focus, the only one whose
             panels and marks the page has.
     """
-    palettes, heights, marks, orders, ways = TextTable(), TextTable(), TextTable(), TextTable(), TextTable()
+    palettes, heights, marks, orders, paths = TextTable(), TextTable(), TextTable(), TextTable(), TextTable()
     balls, item_names, left = TextTable(), TextTable(), TextTable()
     items = items_of(timeline) if signs is not None else ()
     stamps = frame_stamps(timeline)
     frames: list[dict[str, Any]] = []
     for stamp in stamps:
         scene = scene_at(timeline, stamp)
-        frame: dict[str, Any] = {"walked": round(scene.travel_m, 4), "ahead": ways.put(_points(scene.ahead))}
+        frame: dict[str, Any] = {"walked": round(scene.travel_m, 4), "ahead": paths.put(_points(scene.ahead))}
         if signs is not None:
             focused = [scene, *(scene_at(timeline, stamp, focus=item) for item in items)]
             seen = [_items(timeline, s) for s in focused]
@@ -109,7 +109,7 @@ def run_data(
         "heights": heights.all,
         "marks": marks.all,
         "orders": orders.all,
-        "ways": ways.all,
+        "ways": paths.all,
         "balls": balls.all,
         "itemNames": item_names.all,
         "left": left.all,
@@ -120,10 +120,10 @@ def _motion(timeline: Timeline) -> dict[str, Any]:
     """What the page interpolates between frames, and the stamps that it steps to, in seconds."""
     return {
         "duration": round(timeline.duration_s, 6),
-        "wayS": _list(timeline.way_s, 4),
-        "wayX": _list(timeline.way_xy[:, 0]),
-        "wayY": _list(timeline.way_xy[:, 1]),
-        "wayM": _list(timeline.way_m, 4),
+        "wayS": _list(timeline.path_s, 4),
+        "wayX": _list(timeline.path_xy[:, 0]),
+        "wayY": _list(timeline.path_xy[:, 1]),
+        "wayM": _list(timeline.path_m, 4),
         "facing": _list(timeline.heading_rad),
         "imputed": np.flatnonzero(timeline.imputed).tolist(),
         "costS": _list(timeline.cost_s, 4),
@@ -202,8 +202,8 @@ def _order(scene: Scene, timeline: Timeline) -> list[int]:
     return [index[s.container] for s in scene.search_order if s.container in index]
 
 
-def _points(way: np.ndarray) -> list[list[float]]:
-    return np.round(way, 3).tolist()
+def _points(path: np.ndarray) -> list[list[float]]:
+    return np.round(path, 3).tolist()
 
 
 def _list(values: np.ndarray, digits: int = 3) -> list[float]:

@@ -24,9 +24,9 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
     for i in range(len(timelines) - 1, -1, -1):
         # Where paths coincide, later ones are thinner and on top of earlier ones, so that all can be seen.
         width = max(MIN_WIDTH, FIRST_WIDTH - 0.7 * i)
-        ax.plot(*timelines[i].way_xy.T, color=unit_rgb(run_colour(i)), linewidth=width, zorder=5 + i / 10)
+        ax.plot(*timelines[i].path_xy.T, color=unit_rgb(run_colour(i)), linewidth=width, zorder=5 + i / 10)
     ax.plot(
-        *first.way_xy[0],
+        *first.path_xy[0],
         marker="o",
         markersize=4.5,
         color="#23262b",

@@ -127,29 +127,29 @@ def merged(*meshes: Mesh) -> Mesh:
     return vertices.astype(np.float32), faces.astype(np.uint32)
 
 
-def segments(way: Floats, height_m: float) -> Floats32:
+def segments(path: Floats, height_m: float) -> Floats32:
     """A path's corners (m, 2) as line segments at a height, float32 (m - 1, 2, 3)."""
-    if len(way) < 2:
+    if len(path) < 2:
         return np.zeros((0, 2, 3), dtype=np.float32)
-    lengths = np.hypot(*(way[1:] - way[:-1]).T)
-    return _pairs(way, height_m)[lengths > MIN_LENGTH_M].astype(np.float32)
+    lengths = np.hypot(*(path[1:] - path[:-1]).T)
+    return _pairs(path, height_m)[lengths > MIN_LENGTH_M].astype(np.float32)
 
 
-def path_segments(way: Floats, imputed: Bools, height_m: float) -> Floats32:
+def path_segments(path: Floats, imputed: Bools, height_m: float) -> Floats32:
     """A path as line segments, dashed where it was only assumed; float32 (n, 2, 3)."""
     if not imputed.any():
-        return segments(way, height_m)
+        return segments(path, height_m)
     parts: list[Floats32] = []
     changes = np.flatnonzero(np.diff(imputed[1:].astype(np.int8))) + 1
-    for first, last in zip([0, *changes], [*changes, len(way) - 1], strict=True):
-        stretch = way[first : last + 1]
+    for first, last in zip([0, *changes], [*changes, len(path) - 1], strict=True):
+        stretch = path[first : last + 1]
         parts.append(dashes(stretch, height_m) if imputed[last] else segments(stretch, height_m))
-    return np.concatenate(parts) if parts else segments(way, height_m)
+    return np.concatenate(parts) if parts else segments(path, height_m)
 
 
-def dashes(way: Floats, height_m: float) -> Floats32:
+def dashes(path: Floats, height_m: float) -> Floats32:
     """A path as dashes, float32 (n, 2, 3)."""
-    return dashed(_pairs(way, height_m))[0]
+    return dashed(_pairs(path, height_m))[0]
 
 
 def dashed(lines: Floats | Floats32, *, dash_m: float = 0.22, gap_m: float = 0.16) -> tuple[Floats32, Ints]:
@@ -192,8 +192,8 @@ def uncovered(lines: Floats32) -> Ints:
     return np.sort(first)
 
 
-def _pairs(way: Floats, height_m: float) -> Floats:
-    points = np.column_stack([way, np.full(len(way), height_m)])
+def _pairs(path: Floats, height_m: float) -> Floats:
+    points = np.column_stack([path, np.full(len(path), height_m)])
     return np.stack([points[:-1], points[1:]], axis=1)
 
 

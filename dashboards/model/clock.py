@@ -50,7 +50,7 @@ class Clock:
         if self.alignment == "time":
             return second
         if self.alignment == "distance":
-            return float(np.interp(second, timeline.way_s, timeline.way_m))
+            return float(np.interp(second, timeline.path_s, timeline.path_m))
         return float(timeline.decision_at(stamp_ns) + 1)
 
     def position(self, stamp_ns: int, *, run: int = 0) -> float:
@@ -76,19 +76,19 @@ class Clock:
         if self.alignment == "time":
             return timeline.duration_s
         if self.alignment == "distance":
-            return float(timeline.way_m[-1])
+            return float(timeline.path_m[-1])
         return float(len(timeline.decisions) + 1)
 
     def _stamp(self, timeline: Timeline, reading: float) -> int:
         if self.alignment == "time":
             return timeline.stamp(min(max(reading, 0.0), timeline.duration_s))
         if self.alignment == "distance":
-            if reading >= timeline.way_m[-1]:
+            if reading >= timeline.path_m[-1]:
                 return timeline.end_ns
-            i = int(np.searchsorted(timeline.way_m, reading, side="right"))
-            before, after = timeline.way_m[i - 1], timeline.way_m[i]
+            i = int(np.searchsorted(timeline.path_m, reading, side="right"))
+            before, after = timeline.path_m[i - 1], timeline.path_m[i]
             share = (reading - before) / (after - before)
-            return timeline.stamp(timeline.way_s[i - 1] + share * (timeline.way_s[i] - timeline.way_s[i - 1]))
+            return timeline.stamp(timeline.path_s[i - 1] + share * (timeline.path_s[i] - timeline.path_s[i - 1]))
         number = int(reading)
         if number < 1:
             return timeline.start_ns

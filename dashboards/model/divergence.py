@@ -1,6 +1,6 @@
 """The first action at which two runs of one task differ, with both beliefs at that moment.
 
-Actions are compared by what they do, not by how long they take: replays that only split the way differently (other
+Actions are compared by what they do, not by how long they take: replays that only split the path differently (other
 legs to the same place) do not diverge.
 """
 

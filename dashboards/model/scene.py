@@ -171,17 +171,17 @@ def _automatic_focus(timeline: Timeline, at: int) -> str:
 
 
 def _robot(timeline: Timeline, stamp: int, second: float) -> tuple[RobotState, Floats, Bools, float]:
-    i = max(0, int(np.searchsorted(timeline.way_s, second, side="right")) - 1)
-    here = timeline.way_xy[i]
-    if i + 1 < len(timeline.way_s):
-        span = timeline.way_s[i + 1] - timeline.way_s[i]
-        share = (second - timeline.way_s[i]) / span if span > 0 else 0.0
-        here = here + share * (timeline.way_xy[i + 1] - here)
-    trail = np.concatenate([timeline.way_xy[: i + 1], here[None]])
+    i = max(0, int(np.searchsorted(timeline.path_s, second, side="right")) - 1)
+    here = timeline.path_xy[i]
+    if i + 1 < len(timeline.path_s):
+        span = timeline.path_s[i + 1] - timeline.path_s[i]
+        share = (second - timeline.path_s[i]) / span if span > 0 else 0.0
+        here = here + share * (timeline.path_xy[i + 1] - here)
+    trail = np.concatenate([timeline.path_xy[: i + 1], here[None]])
     last = min(i + 1, len(timeline.imputed) - 1)
     imputed = np.concatenate([timeline.imputed[: i + 1], timeline.imputed[last : last + 1]])
     held = timeline.held[max(0, bisect_right(timeline.held, stamp, key=lambda h: h[0]) - 1)][1]
-    walked = float(timeline.way_m[i] + np.hypot(*(here - timeline.way_xy[i])))
+    walked = float(timeline.path_m[i] + np.hypot(*(here - timeline.path_xy[i])))
     look = RobotState(x_m=float(here[0]), y_m=float(here[1]), yaw_rad=float(timeline.heading_rad[i]), holding=held)
     return look, trail, imputed, walked
 
@@ -260,5 +260,5 @@ def _ahead(
     else:
         arrived = [a.target for a in frame.actions if a.stamp.ns <= stamp and a.success]
         rest, standing = np.zeros((0, 2)), arrived[-1] if arrived else frame.plan.robot_at
-    later = timeline.ways.through(stops_after(frame.plan, first, standing))
+    later = timeline.planned_paths.through(stops_after(frame.plan, first, standing))
     return np.concatenate([here, rest, later])

@@ -59,8 +59,8 @@ class Timeline:
         start_ns, end_ns: the run's first and last moment, in nanoseconds since the epoch.
         actions: in order of their ends.
         decisions: in order of their stamps.
-        way_s: seconds since start_ns at each corner of the way, float64 (M,), not decreasing.
-        way_xy: the corners in metres on the map, float64 (M, 2); way_m: metres walked at each, float64 (M,).
+        path_s: seconds since start_ns at each corner of the path, float64 (M,), not decreasing.
+        path_xy: the corners in metres on the map, float64 (M, 2); path_m: metres walked at each, float64 (M,).
         heading_rad: the robot's heading while it stands at or leaves corner i, float64 (M,).
         imputed: whether the segment that ends at corner i was assumed by a replay, not walked in a log, bool (M,).
         cost_s, cost: cost so far, piecewise linear, float64 (K,) each.
@@ -80,9 +80,9 @@ class Timeline:
     end_ns: int
     actions: tuple[ActionFinished, ...]
     decisions: tuple[DecisionFrame, ...]
-    way_s: Floats
-    way_xy: Floats
-    way_m: Floats
+    path_s: Floats
+    path_xy: Floats
+    path_m: Floats
     heading_rad: Floats
     imputed: Bools
     cost_s: Floats
@@ -97,7 +97,7 @@ class Timeline:
     item_types: tuple[str, ...]
     top_belief: Mapping[str, float]
     counterfactual: ReplayBounds | None
-    ways: PlannedPaths = field(repr=False, compare=False)
+    planned_paths: PlannedPaths = field(repr=False, compare=False)
     decision_ns: tuple[int, ...] = field(repr=False)
     action_ns: tuple[int, ...] = field(repr=False)
 
@@ -152,11 +152,11 @@ def timeline_of(run: Run, *, counterfactual: ReplayBounds | None = None) -> Time
     actions = sorted(run.actions, key=lambda a: (a.stamp.ns, a.index))
     start_ns, end_ns = _span(run, actions)
     decisions = _decisions(run, actions)
-    way_s, way_xy, facing, imputed = path_of_actions(run.place, actions, start_ns)
+    path_s, path_xy, facing, imputed = path_of_actions(run.place, actions, start_ns)
     recorded = path_of_poses(run, start_ns, end_ns)
     if recorded is not None:
-        (way_s, way_xy, facing), imputed = recorded, np.zeros(len(recorded[0]), dtype=np.bool_)
-    steps = np.hypot(*np.diff(way_xy, axis=0).T) if len(way_xy) > 1 else np.zeros(0)
+        (path_s, path_xy, facing), imputed = recorded, np.zeros(len(recorded[0]), dtype=np.bool_)
+    steps = np.hypot(*np.diff(path_xy, axis=0).T) if len(path_xy) > 1 else np.zeros(0)
     cost_s, cost = _costs(actions, start_ns)
     searched, known, contents = _searches(run.observations, plan)
     types = sorted({t for b in run.beliefs for t in b.item_types})
@@ -167,9 +167,9 @@ def timeline_of(run: Run, *, counterfactual: ReplayBounds | None = None) -> Time
         end_ns=end_ns,
         actions=tuple(actions),
         decisions=decisions,
-        way_s=way_s,
-        way_xy=way_xy,
-        way_m=np.concatenate([[0.0], np.cumsum(steps)]),
+        path_s=path_s,
+        path_xy=path_xy,
+        path_m=np.concatenate([[0.0], np.cumsum(steps)]),
         heading_rad=facing,
         imputed=imputed,
         cost_s=cost_s,
@@ -184,7 +184,7 @@ def timeline_of(run: Run, *, counterfactual: ReplayBounds | None = None) -> Time
         item_types=tuple(types),
         top_belief=_top_belief(run.beliefs),
         counterfactual=counterfactual,
-        ways=PlannedPaths(run.place),
+        planned_paths=PlannedPaths(run.place),
         decision_ns=tuple(d.stamp_ns for d in decisions),
         action_ns=tuple(a.start.ns for a in actions),
     )

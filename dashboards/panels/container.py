@@ -36,12 +36,14 @@ def container(history: ContainerHistory, clock: Clock, focus: str) -> Markup:
 
 def _head(history: ContainerHistory) -> Markup:
     wide, deep, high = history.container.size_m
-    way = "not reachable" if not history.reachable else f"{number(history.way_m)} m from the last decision's place"
-    if history.reachable and history.way_m is None:
-        way = "way unknown"
+    distance = (
+        "not reachable" if not history.reachable else f"{number(history.distance_m)} m from the last decision's place"
+    )
+    if history.reachable and history.distance_m is None:
+        distance = "distance unknown"
     room = name(readable_name(history.room))
     size = f"{wide:.2f} x {deep:.2f} x {high:.2f} m"
-    return html('<h2>{}</h2><p class="muted">{} · {} · {}</p>', place(history.container.id), room, size, way)
+    return html('<h2>{}</h2><p class="muted">{} · {} · {}</p>', place(history.container.id), room, size, distance)
 
 
 def _contents(history: ContainerHistory, clock: Clock) -> Markup:

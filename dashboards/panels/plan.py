@@ -67,10 +67,10 @@ def _alternatives(scene: Scene) -> Markup:
     )
 
 
-def _against(way: WayNotTaken, taken: float) -> Markup:
-    if way.why_not:
-        return name(way.why_not)
-    more = way.cost - taken
+def _against(alternative: WayNotTaken, taken: float) -> Markup:
+    if alternative.why_not:
+        return name(alternative.why_not)
+    more = alternative.cost - taken
     if abs(more) < NEAR_COST:
         return Markup("<b>taken</b>")
     return html(

@@ -1,4 +1,4 @@
-"""The robot of a run and the way that it walked."""
+"""The robot of a run and the path that it walked."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from workbench.arrays import Floats
 from workbench.log_schema.events import NANO
 
 POSES_PER_S = 5.0
-"""Poses between the corners of the way, so that the robot glides: Rerun does not interpolate."""
+"""Poses between the corners of the path, so that the robot glides: Rerun does not interpolate."""
 MAX_POSES = 20_000
-WAY_UP_M, WAY_RADIUS_M = 0.06, 0.025
+PATH_UP_M, PATH_RADIUS_M = 0.06, 0.025
 
 
 def log_robot(recording: rr.RecordingStream, timeline: Timeline) -> None:
-    """Write the robot's body, its pose over time, and its way, one piece for each stretch that it walked.
+    """Write the robot's body, its pose over time, and its path, one piece for each stretch that it walked.
 
     A piece appears when its stretch is walked to the end, and stays.
     """
@@ -28,7 +28,7 @@ def log_robot(recording: rr.RecordingStream, timeline: Timeline) -> None:
         recording.log(f"robot/{part}", _mesh(mesh, paint), static=True)
     seconds = _pose_seconds(timeline)
     xy = _positions(timeline, seconds)
-    corner = np.clip(np.searchsorted(timeline.way_s, seconds, side="right") - 1, 0, None)
+    corner = np.clip(np.searchsorted(timeline.path_s, seconds, side="right") - 1, 0, None)
     half = timeline.heading_rad[corner] / 2
     zero = np.zeros(len(seconds))
     recording.send_columns(
@@ -39,16 +39,16 @@ def log_robot(recording: rr.RecordingStream, timeline: Timeline) -> None:
             quaternion=np.column_stack([zero, zero, np.sin(half), np.cos(half)]),
         ),
     )
-    for number, (end_ns, points) in enumerate(way_pieces(timeline), start=1):
-        strip = np.column_stack([points, np.full(len(points), WAY_UP_M)])
+    for number, (end_ns, points) in enumerate(path_pieces(timeline), start=1):
+        strip = np.column_stack([points, np.full(len(points), PATH_UP_M)])
         recording.send_columns(
             f"way/{number:04}",
             time_columns(timeline, [end_ns]),
-            rr.LineStrips3D.columns(strips=[strip], colors=[colour], radii=[WAY_RADIUS_M]),
+            rr.LineStrips3D.columns(strips=[strip], colors=[colour], radii=[PATH_RADIUS_M]),
         )
 
 
-def way_pieces(timeline: Timeline) -> list[tuple[int, Floats]]:
+def path_pieces(timeline: Timeline) -> list[tuple[int, Floats]]:
     """The way in pieces that end where an action ends or a decision falls, without those of no length.
 
     Returns:
@@ -59,8 +59,8 @@ def way_pieces(timeline: Timeline) -> list[tuple[int, Floats]]:
     before_s = -np.inf
     for end_ns in sorted(ends):
         second = timeline.seconds(end_ns)
-        inside = timeline.way_xy[(timeline.way_s > before_s) & (timeline.way_s < second)]
-        first = _positions(timeline, np.array([max(before_s, float(timeline.way_s[0]))]))
+        inside = timeline.path_xy[(timeline.path_s > before_s) & (timeline.path_s < second)]
+        first = _positions(timeline, np.array([max(before_s, float(timeline.path_s[0]))]))
         points = np.concatenate([first, inside, _positions(timeline, np.array([second]))])
         moved = np.concatenate([[True], np.any(np.diff(points, axis=0) != 0, axis=1)])
         if moved.sum() > 1:
@@ -70,16 +70,16 @@ def way_pieces(timeline: Timeline) -> list[tuple[int, Floats]]:
 
 
 def _pose_seconds(timeline: Timeline) -> Floats:
-    """The moments at which a pose is written: the corners of the way, and a grid between them."""
+    """The moments at which a pose is written: the corners of the path, and a grid between them."""
     steps = min(MAX_POSES, int(timeline.duration_s * POSES_PER_S) + 1)
     grid = np.linspace(0.0, timeline.duration_s, steps)
-    moments = np.unique(np.concatenate([timeline.way_s, grid]))
+    moments = np.unique(np.concatenate([timeline.path_s, grid]))
     return np.round(moments[moments >= 0] * NANO) / NANO
 
 
 def _positions(timeline: Timeline, seconds: Floats) -> Floats:
-    x, y = timeline.way_xy.T
-    return np.column_stack([np.interp(seconds, timeline.way_s, x), np.interp(seconds, timeline.way_s, y)])
+    x, y = timeline.path_xy.T
+    return np.column_stack([np.interp(seconds, timeline.path_s, x), np.interp(seconds, timeline.path_s, y)])
 
 
 def _mesh(mesh: Mesh, colour: Colour) -> rr.Mesh3D:

@@ -111,8 +111,8 @@ class ViewerMessages:
             stops.append(step.target)
         points: list[Point] = []
         for a, b in pairwise(stops):
-            way = self._paths.path(a, b) if a != b else None
-            points.extend(way or ())
+            path = self._paths.path(a, b) if a != b else None
+            points.extend(path or ())
         return points
 
     def _acted(self, event: ActionEnded) -> Iterator[ViewerMessage]:

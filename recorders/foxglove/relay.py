@@ -146,14 +146,14 @@ class Relay:
             await viewer.close(1011, "the log's server is gone")
             return
         async with upstream:
-            ways = [
+            directions = [
                 asyncio.ensure_future(_copy(upstream, viewer, old=viewer.subprotocol == OLD)),
                 asyncio.ensure_future(_copy(viewer, upstream, old=False)),
             ]
-            await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
-            for way in ways:
-                way.cancel()
-            await asyncio.gather(*ways, return_exceptions=True)
+            await asyncio.wait(directions, return_when=asyncio.FIRST_COMPLETED)
+            for direction in directions:
+                direction.cancel()
+            await asyncio.gather(*directions, return_exceptions=True)
         await viewer.close()
 
 

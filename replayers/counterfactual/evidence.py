@@ -48,7 +48,7 @@ from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, Contents, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import PERFECT, Perception
-from workbench.worlds.sight.sightings import PassingWays, passing_ways
+from workbench.worlds.sight.sightings import SightPaths, sight_paths
 from workbench.worlds.sight.tags_in_passing import TagsInPassing
 from workbench.worlds.travel import TravelCosts
 
@@ -152,7 +152,7 @@ class Evidence:
     memory: Memory | None = None
     asking: AskingInfo | None = None
     answers: tuple[Answer, ...] = ()
-    passing: PassingWays | None = field(default=None, compare=False)
+    passing: SightPaths | None = field(default=None, compare=False)
     tags: TagsInPassing | None = field(default=None, compare=False)
     seen_on_moves: Mapping[int, SeenOnMove] = field(default_factory=lambda: MappingProxyType({}))
     seen_at_start: Mapping[ContainerId, Pose] = field(default_factory=lambda: MappingProxyType({}))
@@ -310,10 +310,10 @@ def _found_without_look(
     return found, (*told, *notes)
 
 
-def _passing(run: Run) -> PassingWays | None:
+def _passing(run: Run) -> SightPaths | None:
     """The ways of a robot that sees in passing."""
     place = run.place
-    return passing_ways(place.plan, place.travel, place.paths(), sight_from_settings(run.settings))
+    return sight_paths(place.plan, place.travel, place.paths(), sight_from_settings(run.settings))
 
 
 def _is_certain(seen: Observation, gaps: Gaps) -> bool:

@@ -20,7 +20,7 @@ from workbench.planning.actions import EFFECTS
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
-from workbench.worlds.sight.sightings import PassingWays, UnknownSight, stop_point
+from workbench.worlds.sight.sightings import SightPaths, UnknownSight, stop_point
 from workbench.worlds.sight.tags_in_passing import TagsInPassing
 from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog, SeenInPassing
@@ -156,7 +156,7 @@ class LoggedWorld:
         support = LOGGED if (here, location) in self.evidence.walked else IMPLIED
         return ActionDone(start_ns=start, end_ns=self._now_ns, travel_m=metres, path=way, support=support)
 
-    def _walk(self, ways: PassingWays, move: Move) -> ActionDone | NotInLog | ActionRefused:
+    def _walk(self, ways: SightPaths, move: Move) -> ActionDone | NotInLog | ActionRefused:
         """Go towards a location and see what is passed."""
         here, start = self.knowledge.robot_at, self._now_ns
         known, supports = self.knowledge, dict[ContainerId, str]()

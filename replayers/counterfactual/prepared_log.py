@@ -112,7 +112,7 @@ class PreparedLog:
         draws: names the drawn worlds; only replays with the same draws are paired.
         search_cache: the searches that strategies over this log have requested.
         searched: finished searches of the worlds, by what the strategies that share them have in common.
-        paths: the ways between locations, each found once.
+        paths: the paths between locations, each found once.
     """
 
     evidence: Evidence

@@ -106,7 +106,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     with RunRecorder(
         output,
         info=_info(bag, plan, task, estimator.name if estimator else plan.estimator, clock.start_ns),
-        place=Place.of(plan.site.plan, plan.site.ways),
+        place=Place.of(plan.site.plan, plan.site.navigation),
         task=task,
         costs=ROBOT_COSTS,
         force=force,

@@ -265,11 +265,11 @@ class Ghosts:
                 record = msgspec.structs.replace(record, bounds=figures, exact=kept.exact)
             path = ghost_log(self._output, name)
             write_replay(path.with_suffix(".json"), record)
-            way = (replay.status.value, replay.unseen, len(replay.events))
-            if self._recorded.get(name) != way:  # to the same unopened container it goes the same way
+            outcome = (replay.status.value, replay.unseen, len(replay.events))
+            if self._recorded.get(name) != outcome:  # to the same unopened container it goes the same way
                 with atomic(path) as draft:
                     write_replay_log(draft, prepared, replay, force=True)
-                self._recorded[name] = way
+                self._recorded[name] = outcome
 
 
 def _what_matters(run: Run) -> tuple[object, ...]:

@@ -17,7 +17,7 @@ from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import View
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
-from workbench.worlds.sight.sightings import passing_ways
+from workbench.worlds.sight.sightings import sight_paths
 
 
 class NoSuchDecision(NotFound):
@@ -77,8 +77,8 @@ def moment_of(run: Run, decision: int) -> Moment:
 def _knowledge_before(run: Run, decision: int) -> Knowledge:
     knowledge = Knowledge(plan=run.place.plan, travel=run.place.travel)
     place = run.place
-    sees = passing_ways(place.plan, place.travel, place.paths(), sight_from_settings(run.settings))
-    ways = sees or tags_from_settings(run.settings, place)
+    sees = sight_paths(place.plan, place.travel, place.paths(), sight_from_settings(run.settings))
+    paths = sees or tags_from_settings(run.settings, place)
     for observation in run.observations:
         if observation.known_at_start:
             knowledge = knowledge.seen(ContainerId(observation.container), _items(observation.items), in_run=False)
@@ -88,8 +88,8 @@ def _knowledge_before(run: Run, decision: int) -> Knowledge:
     for _, _, event in sorted(events, key=lambda entry: entry[:2]):
         if isinstance(event, ActionFinished):
             knowledge = _after_action(knowledge, event)
-            if ways is not None:
-                knowledge = replace(knowledge, travel=ways.travel_from(knowledge.robot_at))
+            if paths is not None:
+                knowledge = replace(knowledge, travel=paths.travel_from(knowledge.robot_at))
         elif isinstance(event, ItemSighting):
             (item,) = _items((event.item,))
             knowledge = knowledge.sighted(ContainerId(event.container), item)

@@ -79,7 +79,7 @@ def test_truth_is_only_there_when_given() -> None:
 def test_way_and_room() -> None:
     history = _history(FRIDGE, 1)
     assert history.room == "Kitchen"
-    assert history.way_m == pytest.approx(timeline_of(toy_run()).run.place.travel.between("start", FRIDGE))  # type: ignore[arg-type]
+    assert history.distance_m == pytest.approx(timeline_of(toy_run()).run.place.travel.between("start", FRIDGE))  # type: ignore[arg-type]
 
 
 def _panel(which: str, second: float, **more: object) -> str:

@@ -37,7 +37,7 @@ def test_the_robot_is_where_it_said_it_was() -> None:
     timeline = timeline_of(robot(pose(1, 1.0), pose(2, 2.0), pose(3, 3.0)))
     for second, x in ((0.0, 1.0), (1.5, 1.5), (2.5, 2.5), (9.0, 3.0)):
         assert scene_at(timeline, ns(second)).robot.x_m == pytest.approx(x)
-    assert timeline.way_m[-1] == pytest.approx(2.0)
+    assert timeline.path_m[-1] == pytest.approx(2.0)
     assert not timeline.imputed.any()
 
 
@@ -51,7 +51,7 @@ def test_a_pause_is_a_pause() -> None:
 def test_trembling_is_no_walking() -> None:
     shaking = [pose(i / 10, 0.01 * (i % 2)) for i in range(100)]
     timeline = timeline_of(robot(*shaking, pose(11, 1.0)))
-    assert timeline.way_m[-1] == pytest.approx(1.0, abs=0.05)
+    assert timeline.path_m[-1] == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize(
@@ -68,12 +68,12 @@ def test_trembling_is_no_walking() -> None:
 )
 def test_otherwise_the_way_is_that_of_the_actions(run: Run) -> None:
     assert path_of_poses(run, ns(0), ns(15)) is None
-    assert timeline_of(run).way_m[-1] == pytest.approx(timeline_of(toy_run()).way_m[-1])
+    assert timeline_of(run).path_m[-1] == pytest.approx(timeline_of(toy_run()).path_m[-1])
 
 
 def test_the_sample_of_a_spot_walks_about_as_far_as_its_actions_say() -> None:
     run = read(SPOT)
     timeline = timeline_of(run)
     walked = sum(action.travel_m for action in run.actions)
-    assert timeline.way_m[-1] == pytest.approx(walked, rel=0.2)
-    assert (np.diff(timeline.way_s) >= 0).all()
+    assert timeline.path_m[-1] == pytest.approx(walked, rel=0.2)
+    assert (np.diff(timeline.path_s) >= 0).all()

@@ -26,7 +26,7 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 from rerun.chunk import RrdReader
 
 from dashboards.rerun_export.containers import moments
-from dashboards.rerun_export.robot import way_pieces
+from dashboards.rerun_export.robot import path_pieces
 from dashboards.rerun_export.series import series_of
 from dashboards.rerun_export.write import write_rrd
 
@@ -130,9 +130,9 @@ def test_the_way_comes_back_whole(timeline: Timeline, tmp_path: Path):
         for path, entity in sorted(found.items())
         if path.startswith("way/")
     ]
-    assert len(strips) == len(way_pieces(timeline)) > 1
+    assert len(strips) == len(path_pieces(timeline)) > 1
     walked_m = sum(float(np.hypot(*np.diff(strip, axis=0).T).sum()) for strip in strips)
-    assert walked_m == pytest.approx(timeline.way_m[-1], rel=1e-4)
+    assert walked_m == pytest.approx(timeline.path_m[-1], rel=1e-4)
     for stamp, (position,) in found["robot"].rows["Transform3D:translation"]:
         robot = scene_at(timeline, stamp).robot
         assert position[:2] == pytest.approx([robot.x_m, robot.y_m], abs=0.02)

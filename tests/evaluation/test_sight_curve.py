@@ -33,7 +33,7 @@ from workbench.worlds.house import START, House
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
-from workbench.worlds.sight.sightings import PassingWays
+from workbench.worlds.sight.sightings import SightPaths
 
 COSTS = ActionCosts(search=1.0)
 
@@ -63,11 +63,11 @@ def costs_the_same(name: str, house: House | None, radius_m: float, rate: float)
     place = house or load_house(f"{shipped_houses()}:3")
     navigation = navigate(place.plan)
     travel = navigation.travel
-    ways = PassingWays(place.plan, travel, navigation, radius_m)
+    ways = SightPaths(place.plan, travel, navigation, radius_m)
     sought = queries(place, travel)[:: 3 if house else 25]
     beliefs = Beliefs(estimator("counts", origin=NameOrigin.USER), sought)
     for item in sought:
-        seeing = Seeing(ways=ways, misses=MissedLooks(rate=rate, seed=11))
+        seeing = Seeing(paths=ways, misses=MissedLooks(rate=rate, seed=11))
         searcher = policy(name, origin=NameOrigin.USER)
         made = search_with_sight(place, item, searcher, beliefs, costs=COSTS, seeing=seeing)
         planner = strategy_of(name)
@@ -93,10 +93,10 @@ def test_a_radius_that_reaches_nothing_costs_what_no_sight_costs() -> None:
     navigation = navigate(house.plan)
     beliefs = Beliefs(estimator("counts", origin=NameOrigin.USER), queries(house, navigation.travel))
     searcher = policy("conditioned-lios", origin=NameOrigin.USER)
-    ways = PassingWays(house.plan, navigation.travel, navigation, 0.01)
+    ways = SightPaths(house.plan, navigation.travel, navigation, 0.01)
     for item in queries(house, navigation.travel):
         plain = search_trial(house, navigation.travel, item, searcher, beliefs, costs=COSTS)
-        seeing = search_with_sight(house, item, searcher, beliefs, costs=COSTS, seeing=Seeing(ways=ways))
+        seeing = search_with_sight(house, item, searcher, beliefs, costs=COSTS, seeing=Seeing(paths=ways))
         assert (seeing.cost, seeing.order) == (pytest.approx(plain.cost), plain.order)
 
 

@@ -17,7 +17,7 @@ from workbench.planning.matching import has_perfect_matching
 from workbench.planning.plans import PlanStatus
 from workbench.planning.problem import Problem, problem_of
 from workbench.planning.solvers.fast_downward import FastDownward
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Task, count_ways
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Task, count_alternatives
 from workbench.worlds.house import ItemType, LocationId
 from workbench.worlds.knowledge import knowledge_at_start
 
@@ -85,6 +85,6 @@ def test_many_wants_at_different_places_end_with_the_budget() -> None:
 
 def test_more_alternatives_than_can_be_planned_for_are_refused() -> None:
     either = AnyOf(parts=(Delivered(item_type=MUG, at=LocationId("a")), Delivered(item_type=MUG, at=LocationId("b"))))
-    assert count_ways(AllOf(parts=(either,) * 12)) == 4096
+    assert count_alternatives(AllOf(parts=(either,) * 12)) == 4096
     with pytest.raises(BadValue, match="ways to meet the goal of tea"):
         Task(scenario="tea", goal=AllOf(parts=(either,) * 40), failure_cost=400.0, budget_s=60.0)

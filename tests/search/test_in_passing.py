@@ -11,7 +11,7 @@ from workbench.beliefs.belief import Belief
 from workbench.search.costs import ActionCosts
 from workbench.search.engine import expected_search
 from workbench.search.in_passing import program
-from workbench.search.in_passing.program import SeenWays, first_costs
+from workbench.search.in_passing.program import SightLegs, first_costs
 from workbench.search.policies.registry import policy
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import still_missing_by_subset
@@ -54,7 +54,7 @@ def random_metres(seed: int, n: int) -> np.ndarray:
     return np.linalg.norm(at[:, None] - at[None], axis=2)
 
 
-def ways(metres: np.ndarray, seen: dict[tuple[int, int], list[tuple[int, float, float]]]) -> SeenWays:
+def ways(metres: np.ndarray, seen: dict[tuple[int, int], list[tuple[int, float, float]]]) -> SightLegs:
     """Of travel costs whose first place is the origin, and what is seen on the way between candidates (origin: k)."""
     k = len(metres) - 1
     from_places = np.concatenate([metres[1:, 1:], metres[:1, 1:]])
@@ -68,7 +68,7 @@ def ways(metres: np.ndarray, seen: dict[tuple[int, int], list[tuple[int, float, 
     onward_m = np.minimum(
         (from_places - until_m)[:, :, None] + metres[1:, 1:][None], until_m[:, :, None] + from_places[:, None]
     )
-    return SeenWays(metres=from_places, seen=seen_, along_m=along_m, on_m=on_m, until_m=until_m, onward_m=onward_m)
+    return SightLegs(metres=from_places, seen=seen_, along_m=along_m, on_m=on_m, until_m=until_m, onward_m=onward_m)
 
 
 def test_a_table_passed_on_the_way_by_hand() -> None:

@@ -13,7 +13,7 @@ from workbench.errors import BadValue
 from workbench.log_schema.place import Place, place_from_json, place_to_json
 from workbench.worlds.house import START, ItemId, ItemType, LocationId
 from workbench.worlds.maps.navigation import navigate
-from workbench.worlds.sight.sightings import PassingWays, UnknownSight, Walk, passing_ways, stop_point
+from workbench.worlds.sight.sightings import SightPaths, UnknownSight, Walk, sight_paths, stop_point
 from workbench.worlds.simulated import SimulatedWorld, is_missed
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult
 
@@ -22,8 +22,8 @@ HOUSE = toy_house()
 NAVIGATION = navigate(HOUSE.plan)
 
 
-def ways(radius_m: float = 2.5) -> PassingWays:
-    return PassingWays(HOUSE.plan, NAVIGATION.travel, NAVIGATION, radius_m)
+def ways(radius_m: float = 2.5) -> SightPaths:
+    return SightPaths(HOUSE.plan, NAVIGATION.travel, NAVIGATION, radius_m)
 
 
 def test_by_hand_the_start_sees_the_kitchen_and_not_the_bedroom() -> None:
@@ -104,7 +104,7 @@ def test_an_unknown_sight_ends_the_answer() -> None:
 
 def test_a_logged_place_gives_the_same_ways() -> None:
     place = place_from_json(place_to_json(Place.of(HOUSE.plan, NAVIGATION)))
-    logged = passing_ways(place.plan, place.travel, place.paths(), 2.5)
+    logged = sight_paths(place.plan, place.travel, place.paths(), 2.5)
     assert logged is not None
     for a in NAVIGATION.travel.locations:
         for b in NAVIGATION.travel.locations:
@@ -112,15 +112,15 @@ def test_a_logged_place_gives_the_same_ways() -> None:
     one, other = (w.walk(START, LocationId(DESK), seeking=(), known=(), shows=lambda c: ()) for w in (logged, ways()))
     assert one == other
     assert isinstance(one, Walk)
-    assert logged.travel_from(one.end) == PassingWays(HOUSE.plan, NAVIGATION.travel, NAVIGATION, 2.5).travel_from(
+    assert logged.travel_from(one.end) == SightPaths(HOUSE.plan, NAVIGATION.travel, NAVIGATION, 2.5).travel_from(
         one.end
     )
 
 
 def test_no_radius_sees_nothing_and_others_are_refused() -> None:
-    assert passing_ways(HOUSE.plan, NAVIGATION.travel, NAVIGATION, 0.0) is None
+    assert sight_paths(HOUSE.plan, NAVIGATION.travel, NAVIGATION, 0.0) is None
     with pytest.raises(BadValue, match="sight radius"):
-        passing_ways(HOUSE.plan, NAVIGATION.travel, NAVIGATION, -1.0)
+        sight_paths(HOUSE.plan, NAVIGATION.travel, NAVIGATION, -1.0)
 
 
 @pytest.mark.parametrize("name", ["start", "Bed|2|1", "on the way|1", "on the way|a|2", "on the way|nan|1"])

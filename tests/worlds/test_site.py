@@ -66,7 +66,7 @@ def test_the_shipped_map_is_the_shipped_plan(home: Site) -> None:
 
 
 def test_ways_keep_clear_of_what_is_on_the_map_and_are_no_longer_than_they_cost(home: Site) -> None:
-    ways = home.ways
+    ways = home.navigation
     assert home.grid is not None
     for a in home.travel.locations:
         for b in home.travel.locations:

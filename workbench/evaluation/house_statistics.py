@@ -25,8 +25,12 @@ COMMONEST = 20
 
 def house_figures(houses: Sequence[House]) -> dict[str, Any]:
     """The statistics of some houses, as plain values."""
-    ways = [navigate(house.plan) for house in houses]
-    costs = [cost for house, way in zip(houses, ways, strict=True) for cost in greedy_search_costs(house, way.travel)]
+    navigations = [navigate(house.plan) for house in houses]
+    costs = [
+        cost
+        for house, navigation in zip(houses, navigations, strict=True)
+        for cost in greedy_search_costs(house, navigation.travel)
+    ]
     rooms = [room for house in houses for room in house.plan.rooms]
     held = [len(items) for house in houses for items in house.contents.values()]
     return {
@@ -39,11 +43,11 @@ def house_figures(houses: Sequence[House]) -> dict[str, Any]:
         },
         "doors": _mean([sum(door.passable for door in house.plan.doors) for house in houses]),
         "containers": _mean([len(house.plan.containers) for house in houses]),
-        "reachable_share": _reachable(houses, ways),
+        "reachable_share": _reachable(houses, navigations),
         "empty_container_share": _mean([n == 0 for n in held]),
         "items": _mean([sum(map(len, house.contents.values())) for house in houses]),
         "item_types": _mean([len(house.item_types()) for house in houses]),
-        "mean_distance_m": _mean([_mean_distance(way.travel) for way in ways]),
+        "mean_distance_m": _mean([_mean_distance(navigation.travel) for navigation in navigations]),
         "searches": len(costs),
         "greedy_search_cost": _mean(costs),
     }
@@ -101,9 +105,9 @@ def _places(houses: Sequence[House]) -> dict[str, Counter[str]]:
     return places
 
 
-def _reachable(houses: Sequence[House], ways: Sequence[Navigation]) -> float:
+def _reachable(houses: Sequence[House], navigations: Sequence[Navigation]) -> float:
     total = sum(len(house.plan.containers) for house in houses)
-    lost = sum(len(way.travel.unreachable) for way in ways)
+    lost = sum(len(navigation.travel.unreachable) for navigation in navigations)
     return 1.0 if total == 0 else (total - lost) / total
 
 

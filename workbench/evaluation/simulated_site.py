@@ -25,10 +25,10 @@ PLACES_SEED = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulatedSite:
-    """A site with contents, and its ways: those of its map, or its measured lengths."""
+    """A site with contents, and its paths: those of its map, or its measured lengths."""
 
     house: House
-    ways: NavigationPaths
+    navigation: NavigationPaths
 
 
 def site_address(address: str) -> tuple[str, str] | None:
@@ -72,9 +72,9 @@ def simulated_site(address: str, configuration: str, *, seed: int) -> SimulatedS
         configuration = next(iter(configurations_of(site)), "")
     if configuration:
         moved, house = site_and_house(site, pick_configuration(site, configuration))
-        return SimulatedSite(house=house, ways=moved.ways)
+        return SimulatedSite(house=house, navigation=moved.navigation)
     house = House(plan=site.plan, contents=_drawn_contents(site, seed))
-    return SimulatedSite(house=house, ways=site.ways)
+    return SimulatedSite(house=house, navigation=site.navigation)
 
 
 def _drawn_contents(site: Site, seed: int) -> Contents:

@@ -15,19 +15,19 @@ def is_met(goal: Goal, knowledge: Knowledge) -> bool:
     """Whether the goal holds; parts of an AllOf need different instances."""
     if isinstance(goal, Delivered | Holding):
         return bool(_candidates(goal, knowledge))
-    return any(has_perfect_matching(way) for way in _ways(goal, knowledge))
+    return any(has_perfect_matching(alternative) for alternative in _alternatives(goal, knowledge))
 
 
-def _ways(goal: Goal, knowledge: Knowledge) -> Iterator[tuple[tuple[ItemId, ...], ...]]:
+def _alternatives(goal: Goal, knowledge: Knowledge) -> Iterator[tuple[tuple[ItemId, ...], ...]]:
     """All ways of meeting a goal, as the candidate items of each want; ways with an unmet want are left out."""
     if isinstance(goal, AnyOf):
         for part in goal.parts:
-            yield from _ways(part, knowledge)
+            yield from _alternatives(part, knowledge)
     elif isinstance(goal, AllOf):
         if any(isinstance(part, Delivered) and not _candidates(part, knowledge) for part in goal.parts):
             return
-        for ways in product(*(tuple(_ways(part, knowledge)) for part in goal.parts)):
-            yield tuple(chain.from_iterable(ways))
+        for alternatives in product(*(tuple(_alternatives(part, knowledge)) for part in goal.parts)):
+            yield tuple(chain.from_iterable(alternatives))
     elif found := _candidates(goal, knowledge):
         yield (tuple([item.id for item in found]),)
 

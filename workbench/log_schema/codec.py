@@ -220,7 +220,8 @@ def _(event: PlanMade) -> tuple[DomainEvent, ...]:
             for stop in made.search_order
         ),
         alternatives=tuple(
-            WayNotTaken(title=way.title, cost=_rounded(way.cost), why_not=way.why_not) for way in made.alternatives
+            WayNotTaken(title=alternative.title, cost=_rounded(alternative.cost), why_not=alternative.why_not)
+            for alternative in made.alternatives
         ),
         look_on_the_way=tuple(made.look_on_the_way),
     )

@@ -46,16 +46,16 @@ class LoggedPaths:
         start, end = self._standing.get(a), self._standing.get(b)
         if start is None or end is None:
             return None
-        way = None if self._navigation is None else self._navigation.path(a, b)
-        return (start.point, end.point) if way is None else way
+        path = None if self._navigation is None else self._navigation.path(a, b)
+        return (start.point, end.point) if path is None else path
 
-    def way_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
+    def path_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
         """Corner points from a point of a path to a location, both ends included; None if it is unreachable."""
         end = self._standing.get(location)
         if end is None:
             return None
-        way = None if self._navigation is None else self._navigation.way_from(point, location)
-        return (point, end.point) if way is None else way
+        path = None if self._navigation is None else self._navigation.path_from(point, location)
+        return (point, end.point) if path is None else path
 
     def metres_from(self, point: Point) -> Floats:
         """Travel costs in metres from a point of a path to every location; float64, shape (locations,)."""

@@ -21,7 +21,7 @@ from workbench.log_schema.task_json import TASK_ATTACHMENT, task_from_json, task
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, FloorPlan, LocationId
 from workbench.worlds.maps.occupancy import OccupancyGrid
-from workbench.worlds.sight.sightings import Ways
+from workbench.worlds.sight.sightings import PathsFromPoints
 from workbench.worlds.travel import Paths, TravelCosts
 
 __all__ = [
@@ -64,16 +64,16 @@ class Place:
     robot_radius_m: float = 0.2
 
     @classmethod
-    def of(cls, plan: FloorPlan, ways: Paths, *, travel: TravelCosts | None = None) -> Place:
-        """The place of a floor plan and its paths; travel costs and grid come from `ways` if it has them.
+    def of(cls, plan: FloorPlan, paths: Paths, *, travel: TravelCosts | None = None) -> Place:
+        """The place of a floor plan and its paths; travel costs and grid come from `paths` if it has them.
 
         Raises:
-            BadValue: `ways` has no travel costs, and none are given.
+            BadValue: `paths` has no travel costs, and none are given.
         """
-        known, grid = travel or getattr(ways, "travel", None), getattr(ways, "grid", None)
+        known, grid = travel or getattr(paths, "travel", None), getattr(paths, "grid", None)
         if not isinstance(known, TravelCosts):
-            raise BadValue(f"travel costs of {plan.name}", known, "given, or kept by its ways")
-        asked = ((location, ways.standing_pose(location)) for location in known.locations)
+            raise BadValue(f"travel costs of {plan.name}", known, "given, or kept by its paths")
+        asked = ((location, paths.standing_pose(location)) for location in known.locations)
         standing = {location: pose for location, pose in asked if pose is not None}
         return cls(
             plan=plan,
@@ -82,7 +82,7 @@ class Place:
             occupancy=grid if isinstance(grid, OccupancyGrid) else None,
         )
 
-    def paths(self) -> Ways:
+    def paths(self) -> PathsFromPoints:
         """The paths between locations, recomputed on the occupancy grid; straight lines without a grid."""
         from workbench.log_schema.logged_paths import LoggedPaths
 

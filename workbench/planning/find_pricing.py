@@ -159,18 +159,18 @@ class TrueFindCosts:
         rows = [travel.index(location) for location in request.origins]
         columns = [travel.index(location) for location in request.targets]
         open_to_search = frozenset(request.belief.containers)
-        ways: dict[ItemType, Floats] = {}
+        tables: dict[ItemType, Floats] = {}
         for item_type in request.belief.item_types:
             holders = [c for c in self.house.holders(item_type) if c in open_to_search]
             via = [travel.index(LocationId(container)) for container in holders]
             if via:
                 lengths = travel.metres[np.ix_(rows, via)][:, :, None] + travel.metres[np.ix_(via, columns)][None]
-                ways[item_type] = lengths.min(axis=1) + costs.search + costs.manipulation
+                tables[item_type] = lengths.min(axis=1) + costs.search + costs.manipulation
         return FindCosts(
-            item_types=tuple(ways),
+            item_types=tuple(tables),
             origins=tuple(request.origins),
             targets=tuple(request.targets),
-            metres=np.array(list(ways.values())).reshape(len(ways), len(rows), len(columns)),
+            metres=np.array(list(tables.values())).reshape(len(tables), len(rows), len(columns)),
             kind="model",
         )
 

@@ -66,8 +66,8 @@ class Oracle:
         best = self._plan_with_looks(self._plan(problem, view), problem, view)
         if best.places:  # another way of meeting the goal may need no walk to what nobody has seen
             tours = [best]
-            for way in goal_alternatives(goal)[:MAX_ALTERNATIVES]:
-                narrowed = replace(problem, goal=AllOf(parts=way))
+            for alternative in goal_alternatives(goal)[:MAX_ALTERNATIVES]:
+                narrowed = replace(problem, goal=AllOf(parts=alternative))
                 tours.append(self._plan_with_looks(self._plan(narrowed, view), narrowed, view))
             best = first_of_least(tours, lambda tour: tour.cost)
         return _insert_looks(best.plan, view, best.look, best.places)
@@ -126,15 +126,17 @@ def _unseen_goal_places(plan: Plan, problem: Problem, view: View) -> tuple[Locat
     for step in plan.steps:
         state = apply(step, state)
     known = {item for step in plan.steps for item in step.items} | _observed_items(view.knowledge)
-    ways: list[tuple[LocationId, ...]] = []
-    for way in goal_alternatives(problem.goal):
-        if holds(AllOf(parts=way), state, problem):
+    alternatives: list[tuple[LocationId, ...]] = []
+    for alternative in goal_alternatives(problem.goal):
+        if holds(AllOf(parts=alternative), state, problem):
             sure = [
                 any(t.id in known and satisfies_want(want, t.id, state) for t in problem.of_type(want.item_type))
-                for want in way
+                for want in alternative
             ]
-            ways.append(tuple(sorted({want.at for want, seen in zip(way, sure, strict=True) if not seen})))
-    return min(ways, key=lambda places: (len(places), places), default=())
+            alternatives.append(
+                tuple(sorted({want.at for want, seen in zip(alternative, sure, strict=True) if not seen}))
+            )
+    return min(alternatives, key=lambda places: (len(places), places), default=())
 
 
 def _detour(route: tuple[LocationId, ...], place: LocationId, problem: Problem) -> tuple[float, int, LocationId]:
@@ -144,7 +146,9 @@ def _detour(route: tuple[LocationId, ...], place: LocationId, problem: Problem) 
     lengths = [
         problem.distance(a, place) + problem.distance(place, b) - problem.distance(a, b) for a, b in pairwise(route)
     ]
-    in_hand = any(isinstance(want, Holding) for way in goal_alternatives(problem.goal) for want in way)
+    in_hand = any(
+        isinstance(want, Holding) for alternative in goal_alternatives(problem.goal) for want in alternative
+    )
     lengths.append(problem.distance(route[-1], place) * (2 if in_hand else 1))  # and back, where the goal ends
     least = first_least(lengths, scale=max(lengths))
     return lengths[least], least, place

@@ -153,10 +153,10 @@ def holds(goal: Goal, state: State, problem: Problem) -> bool:
         has_perfect_matching(
             [
                 [t.id for t in problem.things if t.type == want.item_type and satisfies_want(want, t.id, state)]
-                for want in way
+                for want in alternative
             ]
         )
-        for way in goal_alternatives(goal)
+        for alternative in goal_alternatives(goal)
     )
 
 
@@ -172,12 +172,14 @@ def satisfies_want(want: Delivered | Holding, item: ItemId, state: State) -> boo
 def goal_alternatives(goal: Goal) -> tuple[tuple[Delivered | Holding, ...], ...]:
     """The goal as alternatives of wants that must all hold: its disjunctive normal form, without repetitions."""
     if isinstance(goal, AnyOf):
-        return tuple(dict.fromkeys(way for part in goal.parts for way in goal_alternatives(part)))
+        return tuple(dict.fromkeys(alternative for part in goal.parts for alternative in goal_alternatives(part)))
     if isinstance(goal, AllOf):
-        ways: tuple[tuple[Delivered | Holding, ...], ...] = ((),)
+        alternatives: tuple[tuple[Delivered | Holding, ...], ...] = ((),)
         for part in goal.parts:
-            ways = tuple((*way, *more) for way in ways for more in goal_alternatives(part))
-        return tuple(dict.fromkeys(ways))
+            alternatives = tuple(
+                (*alternative, *more) for alternative in alternatives for more in goal_alternatives(part)
+            )
+        return tuple(dict.fromkeys(alternatives))
     return ((goal,),)
 
 
@@ -203,8 +205,11 @@ def missing_types(
 @lru_cache(maxsize=256)
 def max_wants_by_type(goal: Goal) -> Mapping[ItemType, int]:
     """For each relevant type, sorted: the largest number of wants that name it in one way of meeting the goal."""
-    ways = goal_alternatives(goal)
-    most = {t: max(sum(want.item_type == t for want in way) for way in ways) for t in relevant_types(goal)}
+    alternatives = goal_alternatives(goal)
+    most = {
+        t: max(sum(want.item_type == t for want in alternative) for alternative in alternatives)
+        for t in relevant_types(goal)
+    }
     return MappingProxyType(most)
 
 
@@ -279,8 +284,8 @@ class GoalReach(MessageEnum):
 
 def goal_reach(problem: Problem) -> Result[GoalReach]:
     """Whether a way of meeting the goal is within reach; if none is, the goal locations that cannot be reached."""
-    for way in goal_alternatives(problem.goal):
-        if all(problem.travel.reaches(want.at) for want in way):
+    for alternative in goal_alternatives(problem.goal):
+        if all(problem.travel.reaches(want.at) for want in alternative):
             return GoalReach.REACHABLE.result()
     places = sorted({place for place in goal_locations(problem.goal) if not problem.travel.reaches(place)})
     return GoalReach.UNREACHABLE.result(places=", ".join(places))

@@ -80,17 +80,19 @@ class Task:
     def __post_init__(self) -> None:
         if self.budget_s < 0 or self.failure_cost < 0:
             raise BadValue(f"task {self.scenario}", (self.budget_s, self.failure_cost), "at least 0")
-        if count_ways(self.goal) > MAX_ALTERNATIVES:
+        if count_alternatives(self.goal) > MAX_ALTERNATIVES:
             where = f"number of ways to meet the goal of {self.scenario}"
-            raise BadValue(where, count_ways(self.goal), f"at most {MAX_ALTERNATIVES}: write fewer alternatives")
+            raise BadValue(
+                where, count_alternatives(self.goal), f"at most {MAX_ALTERNATIVES}: write fewer alternatives"
+            )
 
 
-def count_ways(goal: Goal) -> int:
+def count_alternatives(goal: Goal) -> int:
     """The number of ways to meet a goal: alternatives add up, parts multiply."""
     if isinstance(goal, AnyOf):
-        return sum(count_ways(part) for part in goal.parts)
+        return sum(count_alternatives(part) for part in goal.parts)
     if isinstance(goal, AllOf):
-        return prod(count_ways(part) for part in goal.parts)
+        return prod(count_alternatives(part) for part in goal.parts)
     return 1
 
 

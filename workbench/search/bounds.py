@@ -36,8 +36,8 @@ def optimistic_find_costs(
     here = search_space(belief, travel, origins=origins, targets=targets)
     least = np.zeros((len(origins), len(targets)))
     if here.containers:
-        ways = here.from_m[:, :, None] + here.to_m[None, :, :]
-        least = ways.min(axis=1) + costs.search + costs.manipulation
+        lengths = here.from_m[:, :, None] + here.to_m[None, :, :]
+        least = lengths.min(axis=1) + costs.search + costs.manipulation
     return FindCosts(
         item_types=belief.item_types,
         origins=tuple(origins),

@@ -104,8 +104,8 @@ def choose_per_find(
     count = min(check_limit(limit), n)
     shape = (items, len(from_m), to_m.shape[1], count)
     if ranking == "worth":
-        way = 1.0 + from_m[:, None, :] + to_m.T[None] / 2.0
-        scores = probability[:, None, None, :] / way[None]
+        detour = 1.0 + from_m[:, None, :] + to_m.T[None] / 2.0
+        scores = probability[:, None, None, :] / detour[None]
         return np.sort(ranked(scores.reshape(-1, n), count), axis=1).reshape(shape)
     near = np.sort(ranked(-(from_m[:, None, :] + to_m.T[None]).reshape(-1, n), min(NEAREST_KEPT, count)), axis=1)
     kept, of_pair = np.unique(near, axis=0, return_inverse=True)  # few: the nearest are the same for many pairs
@@ -118,6 +118,6 @@ def choose_per_find(
 def nearest(from_m: Floats, to_m: Floats, *, count: int) -> Indices:
     """The containers that the paper's ranking keeps in any case; of equally near ones (ties.py) the earlier.
 
-    Every container on a shortest way from the origin to the target has the same sum, but for rounding.
+    Every container on a shortest path from the origin to the target has the same sum, but for rounding.
     """
     return ranked(-(from_m + to_m)[None], min(NEAREST_KEPT, count))[0]

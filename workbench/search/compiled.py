@@ -174,7 +174,7 @@ def _pair_costs(
     answer = np.empty(len(pairs))
     origins, k, targets = len(from_m), sets.shape[1], found.shape[1]
     column = np.empty(targets, np.int64)
-    legs, ways = np.empty((1, k, k)), np.empty((1, origins, k))
+    legs, from_origin = np.empty((1, k, k)), np.empty((1, origins, k))
     for u in range(len(sets)):
         column[:] = -1
         width = 0
@@ -187,13 +187,13 @@ def _pair_costs(
             for j in range(k):
                 legs[0, i, j] = between_m[sets[u, i], sets[u, j]]
             for o in range(origins):
-                ways[0, o, i] = from_m[o, sets[u, i]]
+                from_origin[0, o, i] = from_m[o, sets[u, i]]
             for g in range(targets):
                 if column[g] >= 0:
                     ends[0, i, column[g]] = found[sets[u, i], g]
         table = np.empty((1, origins, width))
         here = missing[u : u + 1]
-        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, layers, table)
+        _cost_table(here, legs, from_origin, ends, np.zeros_like(ends), search, layers, table)
         for pair in range(start[u], start[u + 1]):
             answer[pair] = table[0, pairs[pair, 0], column[pairs[pair, 1]]]
     return answer

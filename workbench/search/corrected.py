@@ -121,7 +121,7 @@ def _numpy_non_candidate_order(p: Floats, searched: Indices, between_m: Floats) 
 
 
 def non_candidate_order(p: Floats, searched: Indices, from_m: Floats, between_m: Floats) -> Indices:
-    """The same from the mean way from what was searched to each container, shape (item types, containers).
+    """The same from the mean distance from what was searched to each container, shape (item types, containers).
 
     Worths are equal that differ by less than a share of the greatest probability (ties.py).
     """

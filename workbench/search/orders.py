@@ -20,8 +20,8 @@ class ExpectedSearch:
 
     Attributes:
         stops: the order.
-        partial_costs: contribution of each stop to the expected cost: the way there and the look, weighted by
-            the probability that the search reaches it, plus the pick and the way to the target, weighted by the
+        partial_costs: contribution of each stop to the expected cost: the path there and the look, weighted by
+            the probability that the search reaches it, plus the pick and the path to the target, weighted by the
             probability that it ends there.
         cost: their sum.
         missing: probability that the object is at none of the stops.

@@ -26,7 +26,7 @@ from workbench.worlds.house import (
     ItemType,
     LocationId,
 )
-from workbench.worlds.sight.sightings import PassingWays, Walk, stop_point
+from workbench.worlds.sight.sightings import SightPaths, Walk, stop_point
 from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, SeenInPassing
 
@@ -70,7 +70,7 @@ class SimulatedWorld:
         known: Iterable[ContainerId] = (),
         miss_rate: float = 0.0,
         seed: int = 0,
-        passing: PassingWays | None = None,
+        passing: SightPaths | None = None,
         start_ns: int = EPOCH_NS,
     ) -> None:
         if not 0 <= miss_rate < 1:
@@ -132,10 +132,10 @@ class SimulatedWorld:
         return self._done(metres * METRE_S, travel_m=metres, path=path)
 
     def _walk(
-        self, ways: PassingWays, location: LocationId, seeking: Collection[ItemType] | None
+        self, paths: SightPaths, location: LocationId, seeking: Collection[ItemType] | None
     ) -> ActionDone | ActionRefused:
         """Go towards a location and see what is passed."""
-        walk = ways.walk(
+        walk = paths.walk(
             self._at,
             location,
             seeking=seeking,

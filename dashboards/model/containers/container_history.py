@@ -57,7 +57,7 @@ class ContainerHistory:
     Attributes:
         room: the kind of its room, as the floor plan names it.
         reachable: whether the robot can stand at it.
-        way_m: metres from where the robot stood at the decision in force; None where that is unknown.
+        distance_m: metres from where the robot stood at the decision in force; None where that is unknown.
         known: whether its contents were known before the run began.
         searched_ns: when it was searched in this run (also later than the moment); None for never.
         in_passing: whether it was not searched then, but seen by a robot that passed it.
@@ -71,7 +71,7 @@ class ContainerHistory:
     container: Container
     room: str
     reachable: bool
-    way_m: float | None
+    distance_m: float | None
     known: bool
     searched_ns: int | None
     in_passing: bool
@@ -110,7 +110,7 @@ def container_history(
         container=container,
         room=timeline.plan.room(container.room).kind,
         reachable=travel.reaches(here),
-        way_m=travel.between(LocationId(plan.robot_at), here) if plan is not None else None,
+        distance_m=travel.between(LocationId(plan.robot_at), here) if plan is not None else None,
         known=known,
         searched_ns=searched_ns if searched_ns != NEVER else None,
         in_passing=any(

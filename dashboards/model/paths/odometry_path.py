@@ -23,11 +23,11 @@ MAP = "map"
 MIN_STEP_M, MIN_TURN_RAD = 0.04, 0.15
 """A pose closer to the previous one, and turned by less, counts as standing still."""
 
-Way = tuple[Floats, Floats, Floats]
+TimedPath = tuple[Floats, Floats, Floats]
 """Seconds (n,), corners (n, 2), headings (n,)."""
 
 
-def path_of_poses(run: Run, start_ns: int, end_ns: int) -> Way | None:
+def path_of_poses(run: Run, start_ns: int, end_ns: int) -> TimedPath | None:
     """The robot's path on the map within the run; None for a run that is not a robot's, or without two poses."""
     if run.info.source in MADE_OF_ACTIONS or len(run.raw_poses) < 2:
         return None

@@ -33,7 +33,7 @@ class PlannedPaths:
         self._found: Cache[tuple[str, ...], Floats] = Cache(MAX_CACHED_PATHS)
 
     def through(self, stops: tuple[str, ...]) -> Floats:
-        """Corners of the way through locations in order, float64 (k, 2); empty for fewer than two."""
+        """Corners of the path through locations in order, float64 (k, 2); empty for fewer than two."""
         return self._found.get(stops, lambda: self._corners(stops))
 
     def _corners(self, stops: tuple[str, ...]) -> Floats:

@@ -164,15 +164,15 @@ class ArmManipulator:
 
     def _other_stands(self) -> tuple[Pose, ...]:
         """Other poses at the container at which the robot stands, collision-free by the map; none without one."""
-        world, ways = self._world, self._world.site.ways
+        world, navigation = self._world, self._world.site.navigation
         body = world.body_pose()
         stand = None if world.at in (None, START) else world.site.paths.standing_pose(LocationId(str(world.at)))
-        if body is None or stand is None or not isinstance(ways, SiteNavigation):
+        if body is None or stand is None or not isinstance(navigation, SiteNavigation):
             return ()
         here = (body.position.x, body.position.y)
         if hypot(here[0] - stand.x_m, here[1] - stand.y_m) > AT_HAND_M:
             return ()
-        return other_standing_poses(ways, world.plan, world.plan.container(ContainerId(str(world.at))), here)
+        return other_standing_poses(navigation, world.plan, world.plan.container(ContainerId(str(world.at))), here)
 
     def _stands_at(self, pose: Pose, reason: str) -> bool:
         """Whether the robot went to another pose at the container at hand, its arm stowed."""

@@ -172,7 +172,7 @@ def run_and_record(
 def _recorder(
     connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, world: SpotWorld, force: bool
 ) -> RunRecorder:
-    tags = None if world.watch is None else world.watch.ways
+    tags = None if world.watch is None else world.watch.paths
     stepped = isinstance(connection.clock, SteppedSessionClock)
     return RunRecorder(
         output,

@@ -44,4 +44,4 @@ def delivery_of(site: Site) -> Path:
 
 def place_of(site: Site) -> Place:
     """The site as stored in a log."""
-    return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)
+    return replace(Place.of(site.plan, site.navigation), robot_radius_m=site.robot.radius_m)

@@ -1,7 +1,7 @@
 """Tags seen in passing: an item that is looked for, and whose tag the robot sees on its way, ends the walk.
 
 It counts where a replay can tell that it may be seen (workbench/worlds/sight/tags_in_passing.py): in furniture that
-needs no opening, which comes into view on the surveyed way, within the radius. Two detections that agree on the
+needs no opening, which comes into view on the surveyed path, within the radius. Two detections that agree on the
 container are needed, since a walking robot's are less sure.
 """
 
@@ -32,8 +32,8 @@ EVERY_S, FRESH_S = 0.5, 2.0
 """How often the robot's own detector is asked on a walk, and how old a detection may be."""
 DETECTIONS = 2
 """Detections of a tag in one container, at different times, that make it seen there."""
-OFF_WAY_M = 1.0
-"""A robot that is farther than this from the surveyed way goes round something: what it sees does not count."""
+OFF_PATH_M = 1.0
+"""A robot that is farther than this from the surveyed path goes round something: what it sees does not count."""
 
 
 @dataclass(slots=True)
@@ -58,8 +58,8 @@ class TagWatch:
         types: the item types that the task is about.
     """
 
-    def __init__(self, world: SpotWorld, ways: TagsInPassing, types: Iterable[ItemType]) -> None:
-        self.ways = ways
+    def __init__(self, world: SpotWorld, paths: TagsInPassing, types: Iterable[ItemType]) -> None:
+        self.paths = paths
         self._world = world
         self._types = frozenset(types)
         self._items = {item.id: item for item in world.site.tags.values()}
@@ -98,7 +98,7 @@ class TagWatch:
             target=target,
             types=frozenset(seeking) | (self._types - known),
             began_ns=self._world.now_ns(),
-            in_view=frozenset(s.container for s in self.ways.in_view(origin, target)),
+            in_view=frozenset(s.container for s in self.paths.in_view(origin, target)),
         )
 
     def stops(self) -> bool:
@@ -137,10 +137,10 @@ class TagWatch:
         if body is None:
             return False
         here = Pose(x_m=body.position.x, y_m=body.position.y, yaw_rad=SE3Pose.from_proto(body).rot.to_yaw())
-        along_m, away_m = self.ways.along(walk.origin, walk.target, here.point)
-        points = self.ways.turning_points(walk.origin, walk.target, container)
+        along_m, away_m = self.paths.along(walk.origin, walk.target, here.point)
+        points = self.paths.turning_points(walk.origin, walk.target, container)
         walk.turn = next((point for point in points if point.along_m >= along_m), None)
-        if away_m > OFF_WAY_M or walk.turn is None:
+        if away_m > OFF_PATH_M or walk.turn is None:
             walk.turn = None
             return False
         walk.seen = ItemInPassing(stamp_ns=stamp_ns, container=container, item=item, viewpoint=here)
@@ -151,7 +151,7 @@ class TagWatch:
         body = self._world.body_pose()
         if body is None:
             return 0.0
-        return self.ways.along(walk.origin, walk.target, (body.position.x, body.position.y))[0]
+        return self.paths.along(walk.origin, walk.target, (body.position.x, body.position.y))[0]
 
     def _detections(self) -> Iterable[tuple[int, Item, ContainerId]]:
         """When a sought item was detected, and in which container that counts."""

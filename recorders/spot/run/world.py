@@ -109,11 +109,11 @@ class SpotWorld:
 
     @property
     def travel(self) -> TravelCosts:
-        return self.site.travel if self.watch is None else self.watch.ways.travel_from(self.at or START)
+        return self.site.travel if self.watch is None else self.watch.paths.travel_from(self.at or START)
 
     @property
     def paths(self) -> Paths:
-        return self.site.paths if self.watch is None else self.watch.ways
+        return self.site.paths if self.watch is None else self.watch.paths
 
     def now_ns(self) -> int:
         return self.connection.clock.now_ns()

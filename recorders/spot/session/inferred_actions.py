@@ -227,7 +227,7 @@ class ActionDeriver:
 
     @property
     def walked_m(self) -> float:
-        """Length in metres of the whole way, also of what led to no location."""
+        """Length in metres of the whole path, also of what led to no location."""
         return self.travel_m + self._walk.metres
 
     @property

@@ -21,7 +21,7 @@ class GraphMap:
 
     def __init__(self, site: Site, fiducials: Mapping[int, tuple[float, float, float]]) -> None:
         names = {place: site.waypoints.get(place) or f"wp-{place}" for place in site.travel.locations}
-        self.waypoints = {name: site.ways.standing[place] for place, name in names.items()}
+        self.waypoints = {name: site.navigation.standing[place] for place, name in names.items()}
         self.graph = _graph_of(self.waypoints, site)
         for tag, (x, y, z) in fiducials.items():
             self.graph.anchoring.objects.add(id=str(tag), seed_tform_object=se3(x, y, z, 0.0))

@@ -62,7 +62,7 @@ class MissedTags:
 def angle_of_view(site: Site, pose: Pose, thing: TaggedThing) -> float:
     """The angle between the line to the robot and the line to where one stands at the item's container, in [0, pi];
     0 for an item in none."""
-    standing = None if thing.container is None else site.ways.standing.get(LocationId(thing.container))
+    standing = None if thing.container is None else site.navigation.standing.get(LocationId(thing.container))
     if standing is None:
         return 0.0
     x, y = thing.position[0], thing.position[1]

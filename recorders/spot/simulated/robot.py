@@ -240,7 +240,7 @@ class SimulatedState:
 
     def walk_to(self, goal: Pose, *, speed_mps: float | None, lasts_s: float = inf, turn: bool = True) -> int | None:
         """Walk to a pose on the map; None if there is no path."""
-        corners = self.way(self.body.pose.point, goal.point)
+        corners = self.path(self.body.pose.point, goal.point)
         if corners is None:
             return None
         if self.arm_deployed and self.held is None:
@@ -258,9 +258,9 @@ class SimulatedState:
         )
         return number
 
-    def way(self, a: Point, b: Point) -> tuple[Point, ...] | None:
-        ways = self.site.ways
-        return ways.path_between(a, b) if isinstance(ways, SiteNavigation) else (a, b)
+    def path(self, a: Point, b: Point) -> tuple[Point, ...] | None:
+        navigation = self.site.navigation
+        return navigation.path_between(a, b) if isinstance(navigation, SiteNavigation) else (a, b)
 
     def begin_grasp(self, at: tuple[float, float, float]) -> int:
         """Start to grasp the item nearest to a point on the map."""
@@ -315,7 +315,7 @@ class SimulatedState:
         here = self.body.pose
         near = [
             (np.hypot(pose.x_m - here.x_m, pose.y_m - here.y_m), name)
-            for name, pose in self.site.ways.standing.items()
+            for name, pose in self.site.navigation.standing.items()
             if name != LocationId("start")
         ]
         best = min(near, default=None)

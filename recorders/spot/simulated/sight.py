@@ -76,4 +76,4 @@ def _is_closed(site: Site, container: ContainerId) -> bool:
 
 
 def _standing(site: Site) -> list[tuple[str, Pose]]:
-    return [(str(name), pose) for name, pose in site.ways.standing.items()]
+    return [(str(name), pose) for name, pose in site.navigation.standing.items()]

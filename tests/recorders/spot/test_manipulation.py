@@ -154,7 +154,7 @@ def test_a_grasp_that_fails_from_one_standing_place_is_tried_from_another() -> N
     with _at_an_item() as (spot, _, world, item):
         stood = spot.state.no_grasp_from = spot.state.body.pose.point
         container = world.plan.container(ContainerId(str(world.at)))
-        ways = world.site.ways
+        ways = world.site.navigation
         assert isinstance(ways, SiteNavigation)
         others = other_standing_poses(ways, world.plan, container, stood)
         assert all(ways.free[ways.grid.cell_at(pose.point)] for pose in others), "no collision by the map"

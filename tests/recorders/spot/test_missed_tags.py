@@ -46,7 +46,7 @@ def test_a_rate_outside_is_refused(rate: float) -> None:
 def test_the_angle_is_that_to_where_one_stands() -> None:
     site, _ = placed("A")
     thing = thing_in(101, site.plan.container(DESK), 0)
-    stand = site.ways.standing[LocationId(DESK)]
+    stand = site.navigation.standing[LocationId(DESK)]
     assert angle_of_view(site, stand, thing) == pytest.approx(0.0)
     x, y = thing.position[:2]
     behind = Pose(x_m=2 * x - stand.x_m, y_m=2 * y - stand.y_m, yaw_rad=0.0)
@@ -57,7 +57,7 @@ def test_the_angle_is_that_to_where_one_stands() -> None:
 def test_one_viewpoint_misses_always_the_same_and_all_miss_as_often_as_they_should() -> None:
     site, _ = placed("A")
     thing = thing_in(101, site.plan.container(DESK), 0)
-    at = site.ways.standing[LocationId(DESK)]
+    at = site.navigation.standing[LocationId(DESK)]
     missed = MissedTags(rate=0.3, seed=4)
     chance = missed.detects(
         ((thing.position[0] - at.x_m) ** 2 + (thing.position[1] - at.y_m) ** 2) ** 0.5, 0.0, thing.size_m

@@ -109,11 +109,11 @@ def test_tags_in_closed_furniture_and_on_ways_that_nobody_knows_do_not_count() -
         world = SpotWorld(connection=connection, control=Control(connection), site=site, settings=RunSettings())
         watch = tag_watch(world, [item.type for item in site.tags.values()])
         assert watch is not None
-        assert not closed & set(watch.ways.containers)
+        assert not closed & set(watch.paths.containers)
         world.settings = RunSettings(sees_m=0.0)
         assert tag_watch(world, []) is None
-        lengths = MeasuredNavigation(travel=site.travel, standing=site.ways.standing)
-        world.site, world.settings = replace(site, ways=lengths), RunSettings()
+        lengths = MeasuredNavigation(travel=site.travel, standing=site.navigation.standing)
+        world.site, world.settings = replace(site, navigation=lengths), RunSettings()
         assert tag_watch(world, []) is None, "no way is known on which something could come into view"
 
 

@@ -36,9 +36,9 @@ def draw_search_map(
     _draw_containers(ax, house, item_type, belief)
     stops = [START, *(LocationId(c) for c in order), START]
     for a, b in pairwise(stops):
-        way = paths.path(a, b)
-        if way is not None and len(way) > 1:
-            xs, ys = zip(*way, strict=True)
+        path = paths.path(a, b)
+        if path is not None and len(path) > 1:
+            xs, ys = zip(*path, strict=True)
             ax.plot(xs, ys, color=colour, linewidth=1.6, alpha=0.85, zorder=5)
     _draw_stops(ax, paths, order, colour)
     ax.set_aspect("equal")

@@ -145,12 +145,12 @@ def _up_to_date(
     """The cost where the robot knows what the remembered containers hold now: it fetches the nearest item there, or
     searches the rest."""
     current = {c: house.contents[c] for c in memory.by_container}
-    ways = [
+    trips = [
         (travel.between(START, LocationId(c)), travel.between(LocationId(c), START))
         for c, items in current.items()
         if any(thing.type == item for thing in items)
     ]
-    fetched = [there + costs.manipulation + back for there, back in ways if there is not None and back is not None]
+    fetched = [there + costs.manipulation + back for there, back in trips if there is not None and back is not None]
     if fetched:
         return min(fetched)
     return search_trial(house, travel, item, searcher, beliefs, costs=costs, known=current).cost

@@ -21,7 +21,7 @@ from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import START, ContainerId, House, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.perception import missing_at
-from workbench.worlds.sight.sightings import PassingWays, Walk
+from workbench.worlds.sight.sightings import SightPaths, Walk
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,11 +29,11 @@ class Seeing:
     """How the robot of a search sees.
 
     Attributes:
-        ways: of the house, with what comes into view on them.
+        paths: of the house, with what comes into view on them.
         misses: how looks miss, those in passing too; the view from the start pose misses nothing.
     """
 
-    ways: PassingWays
+    paths: SightPaths
     misses: MissedLooks = NO_MISSES
 
 
@@ -51,10 +51,10 @@ def search_with_sight(
     Args:
         beliefs: None for a policy without beliefs.
     """
-    ways, perception = seeing.ways, missing_at(seeing.misses.rate)
+    paths, perception = seeing.paths, missing_at(seeing.misses.rate)
     task = replace(find_task(item_type, START), available=(item_type,))
-    at_start = {s.container: house.contents[s.container] for s in ways.at_start()}
-    knowledge = knowledge_at_start(house.plan, ways.travel_from(START), at_start)
+    at_start = {s.container: house.contents[s.container] for s in paths.at_start()}
+    knowledge = knowledge_at_start(house.plan, paths.travel_from(START), at_start)
     cost, order, said = 0.0, list[ContainerId](), list[float]()
     while not knowledge.where(item_type) and len(order) < MAX_QUERY_LOOKS:
         knowledge = knowledge.with_another_look_at(worth_another_look(knowledge, perception, task, searcher))
@@ -108,7 +108,7 @@ def _go(
     house: House, knowledge: Knowledge, to: LocationId, item_type: ItemType, seeing: Seeing
 ) -> tuple[float, Knowledge]:
     """Metres walked towards a place, and the knowledge after that."""
-    walk = seeing.ways.walk(
+    walk = seeing.paths.walk(
         knowledge.robot_at,
         to,
         seeking=(item_type,),
@@ -117,7 +117,7 @@ def _go(
     )
     if not isinstance(walk, Walk):
         raise ValueError(f"no way from {knowledge.robot_at} to {to}")
-    knowledge = replace(knowledge, travel=seeing.ways.travel_from(walk.end)).moved(walk.end)
+    knowledge = replace(knowledge, travel=seeing.paths.travel_from(walk.end)).moved(walk.end)
     for sighting, items in walk.seen:
         knowledge = knowledge.seen(sighting.container, items)
     return walk.metres, knowledge

@@ -30,7 +30,7 @@ from workbench.search.policy import SearchPolicy
 from workbench.worlds.house import House, ItemType
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.sight.lines_of_sight import checked_radius
-from workbench.worlds.sight.sightings import PassingWays
+from workbench.worlds.sight.sightings import SightPaths
 from workbench.worlds.travel import TravelCosts
 
 
@@ -126,7 +126,7 @@ def _in_house(house: House, settings: SightSearches) -> Iterator[SightCost]:
     navigation = navigate(house.plan)
     travel = navigation.travel
     sought = queries(house, travel) if settings.asked is None else settings.asked[house.plan.name]
-    ways = [PassingWays(house.plan, travel, navigation, radius_m) for radius_m in settings.radii_m]
+    paths = [SightPaths(house.plan, travel, navigation, radius_m) for radius_m in settings.radii_m]
     oracle = oracle_policy(house)
     for name in settings.policies:
         searcher, beliefs = policy(name, origin=NameOrigin.USER), settings.beliefs_of(name, sought)
@@ -134,11 +134,11 @@ def _in_house(house: House, settings: SightSearches) -> Iterator[SightCost]:
             least = search_trial(house, travel, item, oracle, None, costs=settings.costs).cost
             misses = settings.misses_of(house.plan.name, item)
             without = _without_sight(house, travel, item, searcher, beliefs, settings.costs, misses)
-            for way in ways:
-                seen = Seeing(ways=way, misses=misses)
+            for sight in paths:
+                seen = Seeing(paths=sight, misses=misses)
                 seeing = search_with_sight(house, item, searcher, beliefs, costs=settings.costs, seeing=seen)
                 yield SightCost(
-                    radius_m=way.radius_m,
+                    radius_m=sight.radius_m,
                     policy=name,
                     house=house.plan.name,
                     without=without.cost,

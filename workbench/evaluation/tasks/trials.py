@@ -32,7 +32,7 @@ from workbench.worlds.house import ContainerId, House
 from workbench.worlds.maps.navigation import Navigation, navigate
 from workbench.worlds.perception import missing_at
 from workbench.worlds.procthor.load import load_house
-from workbench.worlds.sight.sightings import passing_ways
+from workbench.worlds.sight.sightings import sight_paths
 from workbench.worlds.simulated import SimulatedWorld
 
 
@@ -91,7 +91,7 @@ class PreparedTrial:
             known=self.known,
             miss_rate=rate,
             seed=self.key.seed,
-            passing=passing_ways(self.house.plan, self.navigation.travel, self.navigation, self.sees_m),
+            passing=sight_paths(self.house.plan, self.navigation.travel, self.navigation, self.sees_m),
         )
         return setup.events(world)
 

@@ -111,13 +111,17 @@ def recipes_of(problem: Problem) -> tuple[Recipe, ...]:
 @lru_cache(maxsize=RECIPE_CACHE_SIZE)
 def _recipes(given: _RecipeInputs) -> tuple[Recipe, ...]:
     found: dict[Recipe, None] = {}
-    for way in goal_alternatives(given.goal):
-        if sum(isinstance(want, Holding) for want in way) > 1 or not all(want.at in given.reached for want in way):
+    for alternative in goal_alternatives(given.goal):
+        if sum(isinstance(want, Holding) for want in alternative) > 1 or not all(
+            want.at in given.reached for want in alternative
+        ):
             continue
-        slots = tuple(Slot(type=want.item_type, end=want.at, in_hand=isinstance(want, Holding)) for want in way)
+        slots = tuple(
+            Slot(type=want.item_type, end=want.at, in_hand=isinstance(want, Holding)) for want in alternative
+        )
         wanted = tuple(
             _OpenProperty(i, prop, None)
-            for i, want in enumerate(way)
+            for i, want in enumerate(alternative)
             if isinstance(want, Delivered)
             for prop in want.properties
         )

@@ -94,8 +94,8 @@ def _next_place(own: FirstStep, delivery: Delivery) -> int:
 def _best_instance(want: int, delivery: Delivery) -> int:
     here = delivery.situation
     standing = here.places[want, : here.known[want]]
-    ways = here.metres[here.robot, standing] + here.metres[standing, here.targets[want]]
-    return int(standing[first_least(ways)])
+    detours = here.metres[here.robot, standing] + here.metres[standing, here.targets[want]]
+    return int(standing[first_least(detours)])
 
 
 def best_first_step(

@@ -41,7 +41,7 @@ class DeliveryState(NamedTuple):
     Attributes:
         metres: travel distances, shape (L, L).
         containers, targets: location indices of the containers, shape (n,), and of the wants' targets, shape (K,).
-        ways: bit masks of wants; meeting all wants of any one mask meets the goal.
+        alternatives: bit masks of wants; meeting all wants of any one mask meets the goal.
         done: bit mask of the wants already met.
         hand: index of the want whose item is held, or -1.
         robot: location index.
@@ -61,7 +61,7 @@ class DeliveryState(NamedTuple):
     metres: Floats
     containers: Ints
     targets: Ints
-    ways: Ints
+    alternatives: Ints
     done: int
     hand: int
     robot: int
@@ -189,14 +189,14 @@ def _rollout(kind: int, target: int, here: DeliveryState, held: Bools, room: Scr
     at, begin, hand, done = here.robot, -1, here.hand, here.done
     cost = 0.0
     for step in range(MAX_STEPS):
-        for way in here.ways:
-            if way & ~done == 0:
+        for alternative in here.alternatives:
+            if alternative & ~done == 0:
                 return cost
         if step > 0:
             kind, target = FETCH, hand
             if hand < 0:
                 _fill_legs(legs, here, at, begin, done, known, places, subset, finds, is_known)
-                target = _first_want_of_best_order(legs, rest, here.ways, done)
+                target = _first_want_of_best_order(legs, rest, here.alternatives, done)
                 if target < 0:
                     return cost + FAILURE_COST
                 if known[target] == 0:
@@ -307,7 +307,7 @@ def _slack(cost: float) -> float:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _first_want_of_best_order(legs: Floats, rest: Floats, ways: Ints, done: int) -> int:
+def _first_want_of_best_order(legs: Floats, rest: Floats, alternatives: Ints, done: int) -> int:
     """The first want of the cheapest order of the remaining wants, over all ways of meeting the goal, or -1."""
     wants = legs.shape[1]
     for mask in range(1, 1 << wants):
@@ -322,15 +322,15 @@ def _first_want_of_best_order(legs: Floats, rest: Floats, ways: Ints, done: int)
                     best = min(best, legs[last + 1, k] + rest[mask ^ 1 << k, k + 1])
             rest[mask, last + 1] = best
     best = np.inf
-    for way in ways:
-        left = way & ~done
+    for alternative in alternatives:
+        left = alternative & ~done
         for k in range(wants):
             if left >> k & 1:
                 best = min(best, legs[0, k] + rest[left ^ 1 << k, k + 1])
     if best == np.inf:
         return -1
-    for way in ways:
-        left = way & ~done
+    for alternative in alternatives:
+        left = alternative & ~done
         for k in range(wants):
             if left >> k & 1 and legs[0, k] + rest[left ^ 1 << k, k + 1] <= best + _slack(best):
                 return k
@@ -356,7 +356,7 @@ def _next_look(here: DeliveryState, want: int, at: int, subset: int, searched: B
 
 @njit(cache=True, nogil=True, inline="always")
 def _worth(here: DeliveryState, want: int, at: int, a: int) -> float:
-    """The chance of a container against the way there and on to the target."""
+    """The chance of a container against the distance there and on to the target."""
     place = here.containers[a]
-    way = 1.0 + here.metres[at, place] + here.metres[place, here.targets[want]] / 2.0
-    return (here.chance[want, a] + NO_CHANCE) / way
+    detour = 1.0 + here.metres[at, place] + here.metres[place, here.targets[want]] / 2.0
+    return (here.chance[want, a] + NO_CHANCE) / detour

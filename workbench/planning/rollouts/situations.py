@@ -57,8 +57,8 @@ def delivery_of(view: View) -> Delivery | None:
     in hand, an unreachable target, and no container left to search.
     """
     knowledge, travel = view.knowledge, view.knowledge.travel
-    ways = goal_alternatives(view.task.goal)
-    named = tuple(dict.fromkeys(want for way in ways for want in way))
+    alternatives = goal_alternatives(view.task.goal)
+    named = tuple(dict.fromkeys(want for alternative in alternatives for want in alternative))
     wants = tuple(want for want in named if isinstance(want, Delivered))
     if len(wants) < len(named):
         return None
@@ -80,7 +80,9 @@ def delivery_of(view: View) -> Delivery | None:
         view,
         here,
         targets=np.array([travel.index(want.at) for want in wants], dtype=np.int64),
-        ways=np.array([sum(1 << wants.index(w) for w in set(way)) for way in ways], dtype=np.int64),
+        alternatives=np.array(
+            [sum(1 << wants.index(w) for w in set(alternative)) for alternative in alternatives], dtype=np.int64
+        ),
         done=done,
         hand=hand,
         standing=standing,
@@ -98,7 +100,7 @@ def _situation(
     here: SearchSpace,
     *,
     targets: Ints,
-    ways: Ints,
+    alternatives: Ints,
     done: int,
     hand: int,
     standing: list[list[int]],
@@ -120,15 +122,17 @@ def _situation(
                 0.0 if k == hand or done >> k & 1 else np.minimum(_possible(here.probability[k]), MAX_PROBABILITY)
             )
             continue
-        ways_m = here.from_m[0].tobytes(), to_m[:, k].tobytes(), here.between_m.tobytes()
-        one = _missing_item_rows(here.probability[k].tobytes(), *ways_m, look=costs.search, handle=costs.manipulation)
+        lengths = here.from_m[0].tobytes(), to_m[:, k].tobytes(), here.between_m.tobytes()
+        one = _missing_item_rows(
+            here.probability[k].tobytes(), *lengths, look=costs.search, handle=costs.manipulation
+        )
         chance[k], candidates[k], missing[k], onward[k], beyond[k] = one
         number[k, one.candidates] = np.arange(count)
     return DeliveryState(
         metres=travel.metres,
         containers=at,
         targets=targets,
-        ways=ways,
+        alternatives=alternatives,
         done=done,
         hand=hand,
         robot=travel.index(view.knowledge.robot_at),
@@ -172,8 +176,8 @@ def _missing_item_rows(
     chance = np.minimum(unconditioned(_possible(chances)[None], "marginal")[0], MAX_PROBABILITY)
     missing = still_missing_by_subset(chances[None], chosen, "marginal")[0]
     beyond = _cost_beyond_candidates(chance, chosen[0], between, to_target) + handle
-    ways_m = np.ascontiguousarray(between[np.ix_(chosen[0], chosen[0])])
-    onward = remaining_cost_table(missing, ways_m, handle + to_target[chosen[0]], beyond, float(look))
+    lengths = np.ascontiguousarray(between[np.ix_(chosen[0], chosen[0])])
+    onward = remaining_cost_table(missing, lengths, handle + to_target[chosen[0]], beyond, float(look))
     return _MissingItemRows(chance=chance, candidates=chosen[0], missing=missing, onward=onward, beyond=beyond)
 
 

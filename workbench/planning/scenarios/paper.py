@@ -221,7 +221,7 @@ def _breakfast(choices: _TaskSampler, place: LocationId) -> Goal:
         *((food, "peeled", PLATE) for food in TO_PEEL),
         (BREAD, "toasted", PLATE),
     )
-    ways = tuple(
+    alternatives = tuple(
         AllOf(
             parts=(
                 Delivered(item_type=food, at=place, properties=(prop,)),
@@ -231,9 +231,9 @@ def _breakfast(choices: _TaskSampler, place: LocationId) -> Goal:
         for food, prop, dish in dishes
         if choices.has(food) and choices.has(dish) and _can_prepare(choices, food, prop)
     )
-    if not ways:
+    if not alternatives:
         raise choices.unsupported("nothing that breakfast can be made of")
-    return AnyOf(parts=ways)
+    return AnyOf(parts=alternatives)
 
 
 def _coffee(choices: _TaskSampler, place: LocationId) -> Goal:

@@ -34,24 +34,26 @@ def support(goal: Goal, things: Mapping[ItemType, int]) -> Result[Support]:
         things: number of items of each type.
     """
     first: Result[Support] | None = None
-    for way in goal_alternatives(goal):
-        found = _support_of_alternative(way, things)
+    for alternative in goal_alternatives(goal):
+        found = _support_of_alternative(alternative, things)
         if found.kind is Support.COMPLETE:
             return found
         first = first or found
     return first or Support.COMPLETE.result()
 
 
-def _support_of_alternative(way: tuple[Delivered | Holding, ...], things: Mapping[ItemType, int]) -> Result[Support]:
-    contradicts = sum(isinstance(want, Holding) for want in way) > 1
-    wanted = Counter(want.item_type for want in way)
+def _support_of_alternative(
+    alternative: tuple[Delivered | Holding, ...], things: Mapping[ItemType, int]
+) -> Result[Support]:
+    contradicts = sum(isinstance(want, Holding) for want in alternative) > 1
+    wanted = Counter(want.item_type for want in alternative)
     for item_type, number in wanted.items():
         have = things.get(item_type, 0)
         if not have:
             return Support.NO_ITEM.result(item_type=readable_name(item_type))
         if have < number and not contradicts:
             return Support.TOO_FEW.result(have=str(have), item_type=readable_name(item_type), wanted=str(number))
-    for want in way:
+    for want in alternative:
         for prop in getattr(want, "properties", ()):
             if not _can_provide(want.item_type, prop, things):
                 return Support.NO_PREPARATION.result(item_type=readable_name(want.item_type), prop=prop)

@@ -40,13 +40,13 @@ def preparation_bindings(problem: Problem) -> tuple[tuple[Preparation, tuple[Pla
 def endings(problem: Problem) -> tuple[GoalAssignment, ...]:
     """Every way of meeting the goal with every assignment of different items."""
     found: list[GoalAssignment] = []
-    for way in goal_alternatives(problem.goal):
-        if any(want.at not in problem.locations for want in way):
+    for alternative in goal_alternatives(problem.goal):
+        if any(want.at not in problem.locations for want in alternative):
             continue
-        fitting = [problem.of_type(want.item_type) for want in way]
+        fitting = [problem.of_type(want.item_type) for want in alternative]
         for cast in product(*fitting):
             if len({thing.id for thing in cast}) == len(cast):
-                found.append(GoalAssignment(wants=way, things=cast))
+                found.append(GoalAssignment(wants=alternative, things=cast))
     return tuple(found)
 
 

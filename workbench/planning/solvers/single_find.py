@@ -36,13 +36,13 @@ def plan_single_find(
         return _solved(steps + _walk(knowledge, here, to))
     if held is not None:
         steps.append(_handle("place", here, held, costs))
-    ways = [
+    options = [
         (length + costs.manipulation, location, item)
         for location, item in knowledge.where(goal.item_type)
         if (length := _by_way_of(knowledge, here, location, to)) is not None
     ]
-    ways.sort(key=lambda way: (way[1], way[2].id))
-    known = first_of_least(ways, lambda way: way[0]) if ways else None
+    options.sort(key=lambda option: (option[1], option[2].id))
+    known = first_of_least(options, lambda option: option[0]) if options else None
     find: list[PlanStep] = []
     if find_costs is not None and goal.item_type in find_costs.item_types and (known is None or find_known):
         find = _find(goal, knowledge, find_costs)
@@ -61,12 +61,12 @@ def plan_single_find(
 def _find(goal: Holding, knowledge: Knowledge, find_costs: FindCosts) -> list[PlanStep]:
     """The find from here to the goal's place, or between two of the two places with the walks, if that costs less."""
     here, to = knowledge.robot_at, goal.at
-    ways: list[list[PlanStep]] = []
+    options: list[list[PlanStep]] = []
     for begin, end in ((here, to), (to, to), (here, here), (to, here)):
         cost = find_costs.of(goal.item_type, begin, end)
         find = PlanStep(action="find", origin=begin, target=end, item_types=(goal.item_type,), cost=cost)
-        ways.append([*_walk(knowledge, here, begin), find, *_walk(knowledge, end, to)])
-    return first_of_least(ways, lambda way: sum(step.cost for step in way))
+        options.append([*_walk(knowledge, here, begin), find, *_walk(knowledge, end, to)])
+    return first_of_least(options, lambda option: sum(step.cost for step in option))
 
 
 def _by_way_of(knowledge: Knowledge, a: LocationId, b: LocationId, c: LocationId) -> float | None:

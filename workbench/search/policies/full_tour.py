@@ -93,7 +93,7 @@ class FullTour:
 
 
 def _with_tail(lead: Indices, p: Floats, here: SearchSpace) -> Ints:
-    """The leading order, then always the container of greatest probability against the way from the last.
+    """The leading order, then always the container of greatest probability against the distance from the last.
 
     Of equal ones (ties.py, by the greatest probability) the earlier.
     """

@@ -23,10 +23,10 @@ class OraclePolicy:
         container holds the type."""
         here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         holders = frozenset(self.house.holders(query.item_type))
-        ways = [(here.from_m[0, i] + here.to_m[i, 0], i) for i, c in enumerate(here.containers) if c in holders]
-        if not ways:
+        routes = [(here.from_m[0, i] + here.to_m[i, 0], i) for i, c in enumerate(here.containers) if c in holders]
+        if not routes:
             return ()
-        nearest = first_of_least(ways, lambda way: float(way[0]))[1]
+        nearest = first_of_least(routes, lambda route: float(route[0]))[1]
         return (
             SearchStop(
                 container=here.containers[nearest],

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.arrays import Indices
 from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit, choose
 from workbench.search.find_costs import BeliefModel, SearchStop
-from workbench.search.in_passing.program import SeenWays, first_costs
+from workbench.search.in_passing.program import SightLegs, first_costs
 from workbench.search.orders import order_cost
 from workbench.search.places import SearchSpace, search_space
 from workbench.search.policies.least_expected_cost import LeastExpectedCost
@@ -27,7 +27,7 @@ from workbench.worlds.travel import Sight
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SightAware:
-    """The policy; travel costs say what comes into view on which way (TravelCosts.sight).
+    """The policy; travel costs say what comes into view on which path (TravelCosts.sight).
 
     Raises:
         BadValue, TooManyCandidates: the limit is out of range.
@@ -63,7 +63,7 @@ class SightAware:
         chosen = choose(row, here.from_m[0], here.to_m[:, 0], limit=self.limit, ranking=self.ranking)
         costs = first_costs(
             still_missing_by_subset(row, chosen, self.belief_model)[0],
-            _ways(here, chosen[0], query, sight),
+            _legs(here, chosen[0], query, sight),
             query.costs.manipulation + here.to_m[chosen[0], 0],
             query.costs.search,
         )
@@ -80,7 +80,7 @@ def _space(query: SearchQuery) -> SearchSpace:
     return search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
 
 
-def _ways(here: SearchSpace, chosen: Indices, query: SearchQuery, sight: Sight) -> SeenWays:
+def _legs(here: SearchSpace, chosen: Indices, query: SearchQuery, sight: Sight) -> SightLegs:
     k = len(chosen)
     names = [here.containers[c] for c in chosen]
     place = {name: c for c, name in enumerate(names)}
@@ -100,4 +100,4 @@ def _ways(here: SearchSpace, chosen: Indices, query: SearchQuery, sight: Sight) 
                     until_m[i, a] = along_m[i, a, n]
             row = sight.metres_from_view(start, LocationId(end)) if until_m[i, a] < metres[i, a] else None
             onward_m[i, a] = metres[a] if row is None else row[at]
-    return SeenWays(metres=metres, seen=seen, along_m=along_m, on_m=on_m, until_m=until_m, onward_m=onward_m)
+    return SightLegs(metres=metres, seen=seen, along_m=along_m, on_m=on_m, until_m=until_m, onward_m=onward_m)

@@ -62,9 +62,9 @@ class Navigation:
         if a not in self.standing or b not in self.standing:
             return None
         start, end = self.standing[a].point, self.standing[b].point
-        return _WAYS.of(self).get((a, b), lambda: self._find_way(start, end))
+        return _PATHS.of(self).get((a, b), lambda: self._find_path(start, end))
 
-    def way_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
+    def path_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
         """Corner points from a point of a path to a location, both ends included; None if there is no way."""
         row, column = self.grid.cell_at(point)
         rows, columns = self.free.shape
@@ -72,7 +72,7 @@ class Navigation:
             0 <= row < rows and 0 <= column < columns and self.free[row, column]
         ):
             return None
-        return self._find_way(point, self.standing[location].point)
+        return self._find_path(point, self.standing[location].point)
 
     def metres_from(self, point: Point) -> Floats:
         """Travel costs in metres from a point of a path to every location; float64, shape (locations,)."""
@@ -84,7 +84,7 @@ class Navigation:
         row, column = self.grid.cell_at(point)
         return distances_from(self.free, row * columns + column, flat)[flat] * self.grid.resolution_m
 
-    def _find_way(self, a: Point, b: Point) -> tuple[Point, ...]:
+    def _find_path(self, a: Point, b: Point) -> tuple[Point, ...]:
         from workbench.worlds.maps.shortest_paths import shortest_path
 
         columns = self.free.shape[1]
@@ -97,7 +97,7 @@ class Navigation:
         return tuple(self.grid.point_at(*cell) for cell in corner_cells(self.free, cells))
 
 
-_WAYS: PerObject[tuple[LocationId, LocationId], tuple[Point, ...]] = PerObject(10_000)
+_PATHS: PerObject[tuple[LocationId, LocationId], tuple[Point, ...]] = PerObject(10_000)
 """Paths between locations, each found once."""
 
 

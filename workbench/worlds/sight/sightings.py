@@ -1,6 +1,6 @@
 """Paths of a robot that sees open furniture in passing: what comes into view where, and where it stops.
 
-Shared by the simulated world and by replay, which must agree: both work it out from the floor plan and the ways.
+Shared by the simulated world and by replay, which must agree: both work it out from the floor plan and the paths.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from workbench.worlds.sight.lines_of_sight import LinesOfSight, checked_radius
 from workbench.worlds.travel import Paths, TravelCosts
 
 STEP_M = 0.1
-"""Distance in metres between the points of a way from which the robot looks: the cells of the occupancy grid."""
+"""Distance in metres between the points of a path from which the robot looks: the cells of the occupancy grid."""
 
 ON_THE_WAY = "on the way"
 """What the id of a location begins with that is no container, but a point at which the robot stopped."""
@@ -39,15 +39,15 @@ def stop_point(location: str) -> Point | None:
     return (x_m, y_m) if isfinite(x_m) and isfinite(y_m) else None
 
 
-class Ways(Paths, Protocol):
-    """Ways between locations, and from any point of one."""
+class PathsFromPoints(Paths, Protocol):
+    """Paths between locations, and from any point of one."""
 
-    def way_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
-        """Corner points from a point of a way to a location, both ends included; None if there is no way."""
+    def path_from(self, point: Point, location: LocationId) -> tuple[Point, ...] | None:
+        """Corner points from a point of a path to a location, both ends included; None if there is no path."""
         ...
 
     def metres_from(self, point: Point) -> Floats:
-        """Travel costs in metres from a point of a way to every reachable location, in the order of the costs."""
+        """Travel costs in metres from a point of a path to every reachable location, in the order of the costs."""
         ...
 
 
@@ -56,8 +56,8 @@ class Sighting:
     """A container comes into view.
 
     Attributes:
-        viewpoint: where the robot is, facing along its way.
-        along_m: metres walked on this way before.
+        viewpoint: where the robot is, facing along its path.
+        along_m: metres walked on this path before.
     """
 
     container: ContainerId
@@ -90,8 +90,8 @@ class UnknownSight:
 
 
 @final
-class PassingWays:
-    """The ways of one place with what comes into view on each; every way is worked out once. Implements Paths.
+class SightPaths:
+    """The paths of one place with what comes into view on each; every path is worked out once. Implements Paths.
 
     Containers that the robot cannot stand at are left out: it could fetch nothing from them.
 
@@ -108,7 +108,7 @@ class PassingWays:
         self,
         plan: FloorPlan,
         travel: TravelCosts,
-        ways: Ways,
+        paths: PathsFromPoints,
         radius_m: float,
         *,
         containers: Collection[ContainerId] | None = None,
@@ -118,7 +118,7 @@ class PassingWays:
         visible = self._lines.open if containers is None else [c for c in plan.containers if c.id in containers]
         self._open = tuple(c for c in visible if travel.reaches(LocationId(c.id)))
         self._travel = replace(travel, sight=self)
-        self._ways = ways
+        self._base = paths
         self._travels: dict[LocationId, TravelCosts] = {}
         self._paths: dict[tuple[LocationId, LocationId], tuple[Point, ...] | None] = {}
         self._along: dict[tuple[LocationId, LocationId], tuple[Sighting, ...]] = {}
@@ -129,26 +129,26 @@ class PassingWays:
         return tuple(c.id for c in self._open)
 
     def standing_pose(self, location: LocationId) -> Pose | None:
-        return self._stop(location) or self._ways.standing_pose(location)
+        return self._stop(location) or self._base.standing_pose(location)
 
     def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
         if (a, b) not in self._paths:
             stop = self._stop(a)
-            self._paths[a, b] = self._ways.path(a, b) if stop is None else self._ways.way_from(stop.point, b)
+            self._paths[a, b] = self._base.path(a, b) if stop is None else self._base.path_from(stop.point, b)
         return self._paths[a, b]
 
     def travel_from(self, location: LocationId) -> TravelCosts:
-        """The travel costs, with those from a location that is a point on a way."""
+        """The travel costs, with those from a location that is a point on a path."""
         stop = self._stop(location)
         if stop is None:
             return self._travel
         if location not in self._travels:
-            self._travels[location] = with_point(self._travel, location, self._ways.metres_from(stop.point))
+            self._travels[location] = with_point(self._travel, location, self._base.metres_from(stop.point))
         return self._travels[location]
 
     def at_start(self) -> tuple[Sighting, ...]:
         """What the robot sees from its start pose."""
-        pose = self._ways.standing_pose(START)
+        pose = self._base.standing_pose(START)
         if pose is None:
             return ()
         seen = (c for c in self._open if self._lines.sees(c, pose.point))
@@ -165,7 +165,7 @@ class PassingWays:
         straight on to where the robot stands at the container (Sight)."""
         seen: list[tuple[ContainerId, float, float]] = []
         for s in self.along(a, b):
-            there = self._ways.standing_pose(LocationId(s.container)) or s.viewpoint
+            there = self._base.standing_pose(LocationId(s.container)) or s.viewpoint
             on_m = hypot(there.x_m - s.viewpoint.x_m, there.y_m - s.viewpoint.y_m)
             seen.append((s.container, s.along_m, on_m))
         return tuple(seen)
@@ -221,16 +221,16 @@ class PassingWays:
         )
 
     def _stop(self, location: LocationId) -> Pose | None:
-        """The pose of a stop, by its name alone, so that it is the same in whatever order ways are walked; None for
+        """The pose of a stop, by its name alone, so that it is the same in whatever order paths are walked; None for
         any other location.
         """
         point = stop_point(location)
         return None if point is None else Pose(x_m=point[0], y_m=point[1])
 
-    def _found_along(self, way: Sequence[Point], end: Pose | None) -> tuple[Sighting, ...]:
+    def _found_along(self, path: Sequence[Point], end: Pose | None) -> tuple[Sighting, ...]:
         left = list(self._open)
         seen: list[Sighting] = []
-        for pose, along_m in poses_along(way, end):
+        for pose, along_m in poses_along(path, end):
             now = [c for c in left if self._lines.sees(c, pose.point)]
             seen += [Sighting(container=c.id, viewpoint=pose, along_m=along_m) for c in now]
             left = [c for c in left if c not in now]
@@ -242,13 +242,13 @@ def stop_at(pose: Pose) -> LocationId:
     return LocationId(f"{ON_THE_WAY}|{pose.x_m:.3f}|{pose.y_m:.3f}")
 
 
-def passing_ways(plan: FloorPlan, travel: TravelCosts, ways: Ways, radius_m: float) -> PassingWays | None:
+def sight_paths(plan: FloorPlan, travel: TravelCosts, paths: PathsFromPoints, radius_m: float) -> SightPaths | None:
     """The ways of a robot with a sight radius; None for one that sees nothing in passing (0).
 
     Raises:
         BadValue: no sight radius.
     """
-    return PassingWays(plan, travel, ways, radius_m) if checked_radius(radius_m) else None
+    return SightPaths(plan, travel, paths, radius_m) if checked_radius(radius_m) else None
 
 
 def with_point(travel: TravelCosts, location: LocationId, row: Floats) -> TravelCosts:
@@ -265,10 +265,10 @@ def with_point(travel: TravelCosts, location: LocationId, row: Floats) -> Travel
     )
 
 
-def poses_along(way: Sequence[Point], end: Pose | None) -> Iterator[tuple[Pose, float]]:
-    """Poses along a way, a cell apart and the corners among them, each with the metres before it."""
+def poses_along(path: Sequence[Point], end: Pose | None) -> Iterator[tuple[Pose, float]]:
+    """Poses along a path, a cell apart and the corners among them, each with the metres before it."""
     walked = 0.0
-    for a, b in pairwise(way):
+    for a, b in pairwise(path):
         yaw, length = atan2(b[1] - a[1], b[0] - a[0]), hypot(b[0] - a[0], b[1] - a[1])
         steps = max(1, ceil((max(abs(b[0] - a[0]), abs(b[1] - a[1])) - ROUNDING) / STEP_M))
         for step in range(steps):
@@ -276,15 +276,15 @@ def poses_along(way: Sequence[Point], end: Pose | None) -> Iterator[tuple[Pose, 
             at = (a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share)
             yield Pose(x_m=at[0], y_m=at[1], yaw_rad=yaw), walked + length * share
         walked += length
-    if way:
+    if path:
         yaw = 0.0 if end is None else end.yaw_rad
-        yield Pose(x_m=way[-1][0], y_m=way[-1][1], yaw_rad=yaw), walked
+        yield Pose(x_m=path[-1][0], y_m=path[-1][1], yaw_rad=yaw), walked
 
 
-def _up_to(way: Sequence[Point], along_m: float, point: Point) -> tuple[Point, ...]:
-    """The corners of a way before a point of it, and the point."""
-    kept, walked = [way[0]], 0.0
-    for a, b in pairwise(way):
+def _up_to(path: Sequence[Point], along_m: float, point: Point) -> tuple[Point, ...]:
+    """The corners of a path before a point of it, and the point."""
+    kept, walked = [path[0]], 0.0
+    for a, b in pairwise(path):
         walked += hypot(b[0] - a[0], b[1] - a[1])
         if walked >= along_m - ROUNDING:
             break

@@ -1,4 +1,4 @@
-"""Ways of a robot that sees the tags of items as it passes: which containers it has in view where, and its stops.
+"""Paths of a robot that sees the tags of items as it passes: which containers it has in view where, and its stops.
 
 Whether it sees a tag that is in view depends on light, angle and luck. So nothing follows from this but where an item
 may be seen, and where the robot then turns: it counts no tag elsewhere, and a replay allows for all of them.
@@ -15,9 +15,9 @@ from workbench.tolerances import ROUNDING
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, FloorPlan, LocationId
 from workbench.worlds.sight.sightings import (
-    PassingWays,
+    PathsFromPoints,
     Sighting,
-    Ways,
+    SightPaths,
     poses_along,
     stop_at,
     stop_point,
@@ -32,10 +32,10 @@ several points, EVERY_M apart."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurningPoint:
-    """A point of a way at which a robot turns for what it has seen.
+    """A point of a path at which a robot turns for what it has seen.
 
     Attributes:
-        along_m: metres of the way before it, as it is drawn; walked_m: what they cost, by the travel costs.
+        along_m: metres of the path before it, as it is drawn; walked_m: what they cost, by the travel costs.
     """
 
     location: LocationId
@@ -45,7 +45,7 @@ class TurningPoint:
 
 @final
 class TagsInPassing:
-    """The ways of one place, with the containers whose items' tags may be seen on each. Implements Paths.
+    """The paths of one place, with the containers whose items' tags may be seen on each. Implements Paths.
 
     Args:
         travel: travel costs between all locations.
@@ -57,13 +57,18 @@ class TagsInPassing:
     """
 
     def __init__(
-        self, plan: FloorPlan, travel: TravelCosts, ways: Ways, radius_m: float, containers: Collection[ContainerId]
+        self,
+        plan: FloorPlan,
+        travel: TravelCosts,
+        paths: PathsFromPoints,
+        radius_m: float,
+        containers: Collection[ContainerId],
     ) -> None:
         self.radius_m = radius_m
         self.containers = tuple(c.id for c in plan.containers if c.id in containers)
         self._travel = travel
-        self._metres_from = ways.metres_from
-        self._passing = PassingWays(plan, travel, ways, radius_m, containers=self.containers)
+        self._metres_from = paths.metres_from
+        self._passing = SightPaths(plan, travel, paths, radius_m, containers=self.containers)
         self._travels: dict[LocationId, TravelCosts] = {}
         self._turning: dict[tuple[LocationId, LocationId, ContainerId], tuple[TurningPoint, ...]] = {}
 
@@ -74,7 +79,7 @@ class TagsInPassing:
         return self._passing.path(a, b)
 
     def travel_from(self, location: LocationId) -> TravelCosts:
-        """The travel costs, with those from a location that is a point on a way."""
+        """The travel costs, with those from a location that is a point on a path."""
         point = stop_point(location)
         if point is None:
             return self._travel
@@ -90,8 +95,8 @@ class TagsInPassing:
     def turning_points(self, a: LocationId, b: LocationId, container: ContainerId) -> tuple[TurningPoint, ...]:
         """Where a robot that sees a tag in a container on its way from a to b turns for it, in order.
 
-        The first is the point of the way, once the container is in view, that is nearest to where the robot stands at
-        it; the others come every EVERY_M after that. The robot turns at the next of them, so that a replay knows
+        The first is the point of the path, once the container is in view, nearest to where the robot stands at it;
+        the others come every EVERY_M after that. The robot turns at the next of them, so that a replay knows
         every place at which it may turn; after the last of them it goes on and looks into b, as it was about to.
         """
         key = (a, b, container)
@@ -101,7 +106,7 @@ class TagsInPassing:
         return self._turning[key]
 
     def along(self, a: LocationId, b: LocationId, point: Point) -> tuple[float, float]:
-        """Metres from a of the point of the way to b that is nearest to a point, and how far it is from there."""
+        """Metres from a of the point of the path to b that is nearest to a point, and how far it is from there."""
         near = ((hypot(pose.x_m - point[0], pose.y_m - point[1]), m) for pose, m in self._poses(a, b))
         away_m, along_m = min(near, default=(inf, 0.0))
         return along_m, away_m

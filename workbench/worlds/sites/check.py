@@ -106,7 +106,7 @@ def _map(site: Site) -> Iterator[SiteFinding]:
         yield SiteFinding(
             level="warning",
             where="map",
-            what="there is none; ways are drawn as straight lines and other starts cannot be used",
+            what="there is none; paths are drawn as straight lines and other starts cannot be used",
             fix="Add map: with the YAML of map_saver",
         )
     surveyed = None if site.file.map is None else read_survey_map(site.path.parent / site.file.map)
@@ -137,11 +137,11 @@ def _map(site: Site) -> Iterator[SiteFinding]:
             )
     if not site.plan.walls:
         yield SiteFinding(level="note", where="walls", what="none are given", fix="Add walls: for a fuller picture")
-    if isinstance(site.ways, SiteNavigation):
-        for name, pose in site.ways.standing.items():
-            row, column = site.ways.grid.cell_at(pose.point)
-            rows, columns = site.ways.free.shape
-            if not (0 <= row < rows and 0 <= column < columns and site.ways.free[row, column]):
+    if isinstance(site.navigation, SiteNavigation):
+        for name, pose in site.navigation.standing.items():
+            row, column = site.navigation.grid.cell_at(pose.point)
+            rows, columns = site.navigation.free.shape
+            if not (0 <= row < rows and 0 <= column < columns and site.navigation.free[row, column]):
                 yield SiteFinding(
                     level="warning",
                     where=f"stand of {name}",

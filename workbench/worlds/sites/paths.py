@@ -72,7 +72,7 @@ class SiteNavigation:
         return (a, *(self.grid.point_at(*cell) for cell in _cut_corners(self.free, cells)[1:-1]), b)
 
 
-def find_ways(
+def find_paths(
     plan: FloorPlan, grid: OccupancyGrid, *, robot_radius_m: float, stand: Mapping[LocationId, Pose]
 ) -> SiteNavigation:
     """Standing poses, travel costs and paths of a site on its map.
@@ -110,26 +110,26 @@ def find_ways(
 
 
 def other_standing_poses(
-    ways: SiteNavigation, plan: FloorPlan, container: Container, here: Point
+    navigation: SiteNavigation, plan: FloorPlan, container: Container, here: Point
 ) -> tuple[Pose, ...]:
     """Other poses at a container than where the robot stands, best first: on free floor of the container's room, each
-    APART_M from the others, and with a way to it.
+    APART_M from the others, and with a path to it.
 
     Args:
         here: where the robot stands.
     """
-    rooms = room_labels(plan, ways.grid)
-    free = ways.free & (rooms == next(i for i, room in enumerate(plan.rooms) if room.id == container.room))
-    x, y = ways.grid.axes()
+    rooms = room_labels(plan, navigation.grid)
+    free = navigation.free & (rooms == next(i for i, room in enumerate(plan.rooms) if room.id == container.room))
+    x, y = navigation.grid.axes()
     found: list[Pose] = []
     while len(found) < OTHERS:
         for at in (here, *(pose.point for pose in found[-1:])):
             free &= np.hypot(x[None, :] - at[0], y[:, None] - at[1]) >= APART_M
-        pose = _approach(ways.grid, free, container)
+        pose = _approach(navigation.grid, free, container)
         if pose is None:
             break
         found.append(pose)
-    return tuple(pose for pose in found if ways.path_between(here, pose.point) is not None)
+    return tuple(pose for pose in found if navigation.path_between(here, pose.point) is not None)
 
 
 def nearest_free(grid: OccupancyGrid, free: Bools, point: Point) -> Cell | None:

@@ -33,7 +33,7 @@ from workbench.worlds.house import (
 from workbench.worlds.maps.occupancy import OccupancyGrid
 from workbench.worlds.perception import Perception
 from workbench.worlds.sites.measured_lengths import MeasuredNavigation, measured_travel
-from workbench.worlds.sites.paths import SiteNavigation, find_ways
+from workbench.worlds.sites.paths import SiteNavigation, find_paths
 from workbench.worlds.sites.ros_map import read_map
 from workbench.worlds.sites.survey_schema import PoseEntry, RoomEntry, SiteFile, TravelEntry, read_site_file
 from workbench.worlds.travel import Paths, TravelCosts
@@ -62,7 +62,7 @@ class Site:
         path: the survey file.
         plan: rooms, walls, containers and the start pose.
         grid: the occupancy map; None if the file names none.
-        ways: standing poses, paths and travel costs.
+        navigation: standing poses, paths and travel costs.
         waypoints: per location, the GraphNav waypoint (id or name) or move_base goal; may be empty.
         tags: per AprilTag or ar_track_alvar id, the item that carries it.
         robot: its shape and speed.
@@ -73,7 +73,7 @@ class Site:
 
     path: Path
     plan: FloorPlan
-    ways: SiteNavigation | MeasuredNavigation
+    navigation: SiteNavigation | MeasuredNavigation
     grid: OccupancyGrid | None = None
     waypoints: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
     tags: Mapping[int, Item] = field(default_factory=lambda: MappingProxyType({}))
@@ -88,15 +88,15 @@ class Site:
 
     @property
     def travel(self) -> TravelCosts:
-        return self.ways.travel
+        return self.navigation.travel
 
     @property
     def paths(self) -> Paths:
-        return self.ways
+        return self.navigation
 
     @property
     def travel_source(self) -> TravelSource:
-        return "map" if isinstance(self.ways, SiteNavigation) else "measured"
+        return "map" if isinstance(self.navigation, SiteNavigation) else "measured"
 
     @property
     def perception(self) -> Perception:
@@ -124,7 +124,7 @@ def _site(found: Path, file: SiteFile) -> Site:
     return Site(
         path=found,
         plan=plan,
-        ways=_ways(found, file, plan, grid),
+        navigation=_navigation(found, file, plan, grid),
         grid=grid,
         waypoints=MappingProxyType(
             {LocationId(c.id): c.waypoint for c in file.containers if c.waypoint}
@@ -154,11 +154,13 @@ def starting_at(site: Site, start: Pose) -> Site:
     """
     if start == site.plan.start:
         return site
-    if site.grid is None or not isinstance(site.ways, SiteNavigation):
+    if site.grid is None or not isinstance(site.navigation, SiteNavigation):
         raise CannotStartThere(site)
     plan = replace(site.plan, start=start)
-    stand = {place: pose for place, pose in site.ways.standing.items() if place != "start"}
-    return replace(site, plan=plan, ways=find_ways(plan, site.grid, robot_radius_m=site.robot.radius_m, stand=stand))
+    stand = {place: pose for place, pose in site.navigation.standing.items() if place != "start"}
+    return replace(
+        site, plan=plan, navigation=find_paths(plan, site.grid, robot_radius_m=site.robot.radius_m, stand=stand)
+    )
 
 
 def unsurveyed_site() -> Site:
@@ -247,7 +249,7 @@ def _plan(file: SiteFile) -> FloorPlan:
     )
 
 
-def _ways(
+def _navigation(
     path: Path, file: SiteFile, plan: FloorPlan, grid: OccupancyGrid | None
 ) -> SiteNavigation | MeasuredNavigation:
     stand = {LocationId(c.id): pose_of(c.stand) for c in file.containers if c.stand is not None}
@@ -257,7 +259,7 @@ def _ways(
         from workbench.worlds.sites.survey_schema import NoTravelCosts
 
         raise NoTravelCosts(path)
-    return find_ways(plan, grid, robot_radius_m=file.robot.radius_m, stand=stand)
+    return find_paths(plan, grid, robot_radius_m=file.robot.radius_m, stand=stand)
 
 
 def pose_of(entry: PoseEntry) -> Pose:
