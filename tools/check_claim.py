@@ -12,13 +12,15 @@ import sys
 import zipfile
 from collections import Counter
 from copy import copy
-from functools import reduce
 from itertools import chain, combinations, product
 from math import inf, isfinite, prod
-from operator import or_
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
+try:
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+except ImportError as error:
+    print(f"logs cannot be read without the Python package mcap ({error}): pip install mcap", file=sys.stderr)
+    sys.exit(2)
 
 VERSION, NEAR, MAX_BYTES, MAX_ANSWERS = 1, 1e-6, 256_000_000, 64
 
@@ -82,7 +84,7 @@ def contents_at_start(looks, actions, containers):
         need(container in containers, f"the log shows {container}, which its map does not have")
         need(look.get("support", "") != "imputed", "the log is of an imagined world")
         for item in look["items"]:
-            carried = item["id"] in handled and handled[item["id"]] <= stamp(look)
+            carried = handled.get(item["id"], inf) <= stamp(look)
             if home.setdefault(item["id"], "" if carried else container) == container:
                 found[item["id"]] = item["type"]
         contents.setdefault(container, found)
@@ -101,7 +103,8 @@ def demand(goal):
     if goal["goal"] == "all-of":
         return sum((demand(part) for part in goal["parts"]), Counter())
     if goal["goal"] == "any-of":
-        return reduce(or_, (demand(part) for part in goal["parts"]), Counter())
+        ways = [demand(part) for part in goal["parts"]]
+        return Counter({t: max(way[t] for way in ways) for t in chain(*ways)})
     return Counter([goal["item_type"]])
 
 
@@ -123,8 +126,7 @@ class State:
 
     def candidates(self, want):
         if want["goal"] == "holding":
-            held = self.held is not None and self.items[self.held][0] == want["item_type"]
-            return [self.held] if held and self.at == want["at"] else []
+            return [self.held] * (self.at == want["at"] and self.items.get(self.held, "??")[0] == want["item_type"])
         return [i for i, (t, p) in self.items.items() if (t, p) == (want["item_type"], want["at"])]
 
     def ways(self, goal):
@@ -139,20 +141,18 @@ class State:
 
     def do(self, step, log):
         """Takes a step if it can be taken, and checks what it costs."""
-        action, target = step["action"], step["target"]
+        action, target, items = step["action"], step["target"], step["items"]
         need(step["origin"] == self.at, f"a step from {step['origin']} while the robot stands at {self.at}")
         if action == "move":
             cost, self.at = log.metres(self.at, target), target
         else:
             need(target == self.at, f"{action} at {target} while the robot stands at {self.at}")
             cost = log.costs["search" if action == "search" else "manipulation"]
-        handled = {"move": 0, "search": 0, "pick": 1, "place": 1}.get(action)
-        need(handled == len(step["items"]), f"{action} of {step['items']}")
+        need({"move": 0, "search": 0, "pick": 1, "place": 1}.get(action) == len(items), f"{action} of {items}")
         if action in ("pick", "place"):
-            item = step["items"][0]
-            need(item in self.items, f"{item} is not known")
-            here = (self.held is None and self.items[item][1] == self.at) if action == "pick" else self.held == item
-            need(here, f"{action} of {item} at {self.at}, where it is not to hand")
+            item = items[0]
+            free = self.held is None and self.items.get(item, "??")[1] == self.at
+            need(free if action == "pick" else self.held == item, f"{action} of {item}, not to hand at {self.at}")
             self.held = item if action == "pick" else None
             self.items[item] = (self.items[item][0], None if action == "pick" else self.at)
         elif action == "search":
@@ -192,8 +192,8 @@ class Check:
         return self.claim["lower"]["cost"], self.claim["upper"]["cost"]
 
     def node(self, node, state):
-        need(len([k for k in ("look", "end", "outer") if node.get(k)]) == 1, "a branch without one end")
-        need(set(node) <= {"steps", "look", "end", "outer"}, "a branch with more in it")
+        one = len([k for k in ("look", "end", "outer") if node.get(k)]) == 1
+        need(one and set(node) <= {"steps", "look", "end", "outer"}, "a branch without one end, or with more in it")
         need(not (node.get("outer") and node.get("steps")), "steps before an outer bound")
         for step in node.get("steps", []):
             state.do(step, self.log)

@@ -201,3 +201,12 @@ def test_logs_that_certificates_do_not_cover_are_refused_in_one_line(log: str, t
     prepared = prepare_log(read(LOGS / f"{log}.mcap"), ReplaySettings(worlds=0))
     with pytest.raises(NotCertifiable, match="certificates do not cover"):
         certificate(prepared, strategy("opt-greedy"))
+
+
+def test_without_mcap_it_says_so_in_one_line(tmp_path: Path) -> None:
+    alone = [sys.executable, "-I", "-S", CHECKER]  # without the packages installed here
+    said = subprocess.run([*alone, tmp_path / "run.mcap"], capture_output=True, text=True, check=False)
+    assert said.returncode == 2
+    assert said.stdout == ""
+    assert said.stderr.count("\n") == 1
+    assert "pip install mcap" in said.stderr
