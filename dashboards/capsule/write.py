@@ -37,7 +37,7 @@ from dashboards.palette import GOAL, IN_SIGHT, ITEM, OCCUPIED, SIGHT, UNOPENED, 
 from dashboards.panels.comparison import mismatches
 from dashboards.panels.markup import html, text
 from dashboards.panels.now import run_signs, title
-from dashboards.panels.strip import strip
+from dashboards.panels.phase_strip import strip
 from dashboards.resources import resource
 from workbench.errors import BadValue, OutputExists
 from workbench.files import write_atomically

@@ -14,7 +14,7 @@ import numpy as np
 
 from dashboards.model.labels import humanize_ids
 from dashboards.model.paths.planned_path import rest_of_leg, stops_after
-from dashboards.model.perception.left_after_misses import left_after_misses
+from dashboards.model.perception.belief_after_misses import left_after_misses
 from dashboards.model.plan_progress import PlannedStep, progress
 from dashboards.model.timeline import DecisionFrame, Timeline
 from workbench.arrays import Bools, Floats, Ints8, Ints32

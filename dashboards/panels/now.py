@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from dashboards.model.containers.unopened import unopened as never_opened
-from dashboards.model.perception.left_after_misses import can_miss
+from dashboards.model.perception.belief_after_misses import can_miss
 from dashboards.model.perception.sight import field_of, seen_in_passing
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline

@@ -10,7 +10,7 @@ from dashboards.model.selection import FolderSelection
 from dashboards.panels.markup import breakable, html, name, percent, table, text
 from replayers.selection.campaign_logs import TrialGroup
 from replayers.selection.verdict import SelectionVerdict
-from replayers.selection.wording import at_most, mean_cost, standing_words, summary
+from replayers.selection.verdict_text import at_most, mean_cost, standing_words, summary
 
 MAX_TRIALS = 100
 """Trials that are listed, the latest."""

@@ -194,7 +194,7 @@ def _look(look: SharedLook) -> dict[str, Any]:
 
 
 def _tell(group: TrialGroup, verdicts: Sequence[SelectionVerdict], *, alpha: float) -> None:
-    from replayers.selection.wording import at_most, summary
+    from replayers.selection.verdict_text import at_most, summary
     from workbench.terminal import counted, emit_table, emit_text, say
 
     last = verdicts[-1]
@@ -212,7 +212,7 @@ def _tell(group: TrialGroup, verdicts: Sequence[SelectionVerdict], *, alpha: flo
 
 
 def _standing(s: StrategyStanding, last: SelectionVerdict) -> dict[str, Any]:
-    from replayers.selection.wording import mean_cost, standing_words
+    from replayers.selection.verdict_text import mean_cost, standing_words
 
     return {
         "strategy": s.strategy,

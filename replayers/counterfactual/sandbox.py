@@ -24,7 +24,7 @@ from typing import Any, Self, cast, final
 
 from workbench.debugging import show_traceback
 from workbench.errors import LiosError
-from workbench.planning.guarded import checked_decision
+from workbench.planning.guarded_strategy import checked_decision
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.strategies import StrategyNotLoaded, canonical_name, is_strategy, strategy_plugin
 from workbench.planning.strategy import Decision, Strategy, View

@@ -32,9 +32,9 @@ from dashboards.panels.beliefs import beliefs
 from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.now import legend, now
+from dashboards.panels.phase_strip import cursor, strip
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
-from dashboards.panels.strip import cursor, strip
 from dashboards.sensing.robot_sensors import sensors_of
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.run_recorder import RunRecorder

@@ -10,7 +10,7 @@ from toy_run import empty_run, ns, other_run, toy_run
 from dashboards.model.clock import ALIGNMENTS, Clock
 from dashboards.model.divergence import divergence
 from dashboards.model.timeline import timeline_of
-from dashboards.panels.strip import strip
+from dashboards.panels.phase_strip import strip
 from workbench.errors import BadValue
 
 OURS, OTHER = timeline_of(toy_run()), timeline_of(other_run())

@@ -32,7 +32,7 @@ from dashboards.panels.comparison import comparison, divergences
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import breakable, number, text
 from dashboards.panels.now import legend, now, run_signs, title
-from dashboards.panels.strip import strip
+from dashboards.panels.phase_strip import strip
 from dashboards.viser_app.panel.controls import SLIDER_STEPS, slider_scale
 from replayers.runs.run import read
 from workbench.worlds.house import ContainerId

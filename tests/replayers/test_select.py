@@ -87,7 +87,7 @@ def test_a_strategy_that_breaks_on_some_logs_proves_nothing_there(
     assert lios(wish) == 0
     said = capsys.readouterr()
     assert "note: some broke on 2 of 2 logs; it counts as failed there" in said.err
-    assert "nothing bounds" in said.out
+    assert "There is no bound" in said.out
 
 
 def test_logs_that_cannot_be_read_are_left_out_in_one_line_each(

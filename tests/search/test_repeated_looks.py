@@ -20,7 +20,7 @@ from workbench.search.places import search_space
 from workbench.search.policies.registry import policy
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import BELIEF_MODELS, still_missing_by_subset, unconditioned
-from workbench.search.repeated_looks import compiled, lanes, reference, table
+from workbench.search.repeated_looks import compiled, reference, simd, table
 from workbench.search.repeated_looks.missing import still_missing_along_looks, still_missing_by_counts
 from workbench.search.repeated_looks.table import LookModel, best_looks, robust_find_costs
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
@@ -183,8 +183,8 @@ def test_minima_are_the_same_however_the_processor_compares(
 ) -> None:
     from numba import njit
 
-    monkeypatch.setattr(lanes, "AS_INTEGERS", as_integers)
-    compiled_anew = njit(lanes.least.py_func, nogil=True)
+    monkeypatch.setattr(simd, "AS_INTEGERS", as_integers)
+    compiled_anew = njit(simd.least.py_func, nogil=True)
     rng = np.random.default_rng(3)
     for _ in range(50):
         onward, metres = (

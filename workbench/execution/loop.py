@@ -27,8 +27,8 @@ from workbench.execution.events import (
 )
 from workbench.execution.further_looks import how_looked, worth_another_look
 from workbench.execution.goal_check import is_met
+from workbench.execution.in_passing import in_passing, knowledge_after, looked_into, seen_in_words, unknown_in_words
 from workbench.execution.legality import Legality, legality
-from workbench.execution.passing import in_passing, knowledge_after, looked_into, seen_in_words, unknown_in_words
 from workbench.execution.run_end import end_without_plan
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep

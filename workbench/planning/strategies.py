@@ -17,7 +17,7 @@ from typing import TypeVar, cast
 from workbench.errors import BadValue, Unsupported
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch, WithRepeatedLooks
-from workbench.planning.guarded import GuardedStrategy
+from workbench.planning.guarded_strategy import GuardedStrategy
 from workbench.planning.oracle import Oracle
 from workbench.planning.rollouts.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory

@@ -28,9 +28,9 @@ from dashboards.panels.live.session_status import session_status
 from dashboards.panels.markup import error_line, style
 from dashboards.panels.memory import memory
 from dashboards.panels.now import legend, now, run_signs, title
+from dashboards.panels.phase_strip import cursor, strip
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
-from dashboards.panels.strip import cursor, strip
 from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, scale_bar, script, update_address
 from dashboards.viser_app.cameras import scale_of
 from dashboards.viser_app.panel.notes_tab import NotesTab

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Floats, Ints, Uints64
-from workbench.search.repeated_looks.lanes import LANES, TOGETHER, aligned, least, least_together, price
+from workbench.search.repeated_looks.simd import LANES, TOGETHER, aligned, least, least_together, price
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
 TILE = 40

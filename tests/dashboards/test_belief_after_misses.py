@@ -9,7 +9,7 @@ from toy import COUNTER, DESK, FRIDGE
 from toy_run import ns, toy_run
 
 from dashboards.model.containers.container_style import BAR_M, bar_heights_m, left_labels
-from dashboards.model.perception.left_after_misses import can_miss, left_after_misses
+from dashboards.model.perception.belief_after_misses import can_miss, left_after_misses
 from dashboards.model.scene import Scene, scene_at
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.beliefs import beliefs

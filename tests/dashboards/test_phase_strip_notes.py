@@ -7,7 +7,7 @@ from shutil import copy
 
 from dashboards.library.library import Library
 from dashboards.model.clock import Clock
-from dashboards.panels.strip import strip
+from dashboards.panels.phase_strip import strip
 from replayers.log_tools.notes import add_note
 
 LOGS = Path(__file__).resolve().parents[2] / "logs"

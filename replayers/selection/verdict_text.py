@@ -14,7 +14,7 @@ def summary(last: SelectionVerdict, *, alpha: float) -> str:
     if last.regret_so_far < inf:
         words += f"On the trials so far it cost at most {last.regret_so_far:.1f} a trial more than any other"
     else:
-        words += "How much more than others it may have cost on the trials so far, nothing bounds"
+        words += "There is no bound on how much more than others it cost on the trials so far"
     if last.regret_to_come < last.regret_to_come_unknown - NEAR_COST:
         sure = f"{100 * (1 - alpha):g} % confidence"
         words += f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({sure})"

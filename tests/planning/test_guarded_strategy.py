@@ -10,7 +10,7 @@ from toy import toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief
 from workbench.planning.composed import Composed
-from workbench.planning.guarded import GuardedStrategy
+from workbench.planning.guarded_strategy import GuardedStrategy
 from workbench.planning.plans import PlanStatus
 from workbench.planning.strategies import StrategyNotLoaded, strategy
 from workbench.planning.strategy import View
