@@ -113,6 +113,7 @@ class PreparedLog:
         search_cache: the searches that strategies over this log have requested.
         searched: finished searches of the worlds, by what the strategies that share them have in common.
         paths: the paths between locations, each found once.
+        with_ways: whether runs over the log hold the paths walked and explain their decisions.
     """
 
     evidence: Evidence
@@ -126,6 +127,7 @@ class PreparedLog:
     place_sha256: str
     draws: str
     paths: Paths
+    with_ways: bool = True
     exact_beliefs: bool = True
     contradicting: tuple[ItemType, ...] = ()
     reproduction: Reproduction = field(default_factory=lambda: Reproduction(same=None))
@@ -168,7 +170,8 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     """Prepares a log.
 
     Args:
-        with_ways: whether runs over the log include the paths walked; only recordings and drawings need them.
+        with_ways: whether runs over the log include the paths walked, and what their decisions were weighed against;
+            only recordings and drawings need them.
 
     Raises:
         NoBelief, UnknownName: no beliefs are available.
@@ -207,6 +210,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, drawer_of(estimator, settings)),
         paths=evidence.place.paths() if with_ways else NoPaths(evidence),
+        with_ways=with_ways,
         exact_beliefs=not choice.rounded,
         contradicting=contradicting,
         reproduction=reproduction,

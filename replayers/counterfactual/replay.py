@@ -75,7 +75,8 @@ class Replay:
         seconds: predicted duration of the run over the log alone, by the log's own speeds.
         true_cost, true_status: in the recorded truth, where it was asked for.
         drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
-        events: of the run over the log alone.
+        events: of the run over the log alone; its decisions hold what their first steps need, and the alternatives
+            and the whole search order only where the log was prepared with ways.
         if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
             task's types; where the log rounded them: the bounds of whoever believes the rounded ones; None where the
             bounds need no such condition.
@@ -154,13 +155,13 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
     """Replays a strategy over a prepared log."""
     if not prepared.claims:
         return _not_reproduced(prepared, planner.name)
-    evidence = prepared.evidence
-    alone = over_log_alone(prepared, planner)
+    evidence, own = prepared.evidence, run_tree_of(prepared, planner)
+    alone = over_log_alone(prepared, planner if prepared.with_ways else own.planner)
     ended = _undetermined_if_contradicted(_ended(alone), prepared)
-    first = _first_unobserved_look(prepared, planner) or ended
-    found = _world_search(prepared, planner, first)
+    first = _first_unobserved_look(prepared, own.planner) or ended
+    found = _world_search(prepared, planner, own, first)
     tree, bounds, drawn = found.tree, found.bounds, found.drawn
-    true = _ended(in_truth(prepared, planner)) if prepared.truth is not None and not tree.guesses else None
+    true = _ended(in_truth(prepared, own.planner)) if prepared.truth is not None and not tree.guesses else None
     made = Replay(
         strategy=planner.name,
         status=ended.status,
@@ -212,15 +213,15 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
     )
 
 
-def _world_search(prepared: PreparedLog, planner: Strategy, first: RunEnded) -> WorldSearch:
+def _world_search(prepared: PreparedLog, planner: Strategy, tree: RunTree, first: RunEnded) -> WorldSearch:
     """The search of the worlds by a strategy, or by another that decides alike and went the same way at first.
 
     Args:
+        tree: of the strategy's own runs.
         first: the end of the strategy's own run up to the first open container.
     """
 
     def search() -> WorldSearch:
-        tree = run_tree_of(prepared, planner)
         budget = prepared.settings.budget.of(plans_shortest=tree.traits.plans_shortest)
         return search_worlds(tree, prepared.worlds, budget, prepared.search_cache)
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.run_tree import zero_clock
@@ -59,6 +60,7 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
     planner = strategy(name, origin=NameOrigin.LOG)
+    planner = fast_strategy(planner) if evidence.perception.perfect else planner
     return _compared(run, evidence, events_over(run, evidence, estimator, planner))
 
 

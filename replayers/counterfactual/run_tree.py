@@ -81,6 +81,7 @@ class RunTree:
         segments: how many segments were run.
         max_picks: the most picks of any way followed.
         asked: open containers that the strategy was seen to look into, in some world.
+        planner: the strategy, asked once for each state that it can distinguish if it is known to decide by that.
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class RunTree:
         unmoved = options.static_beliefs or not options.reads_beliefs
         self._key = StateKey(relevance, unmoved, evidence.misses_left if evidence.misses else None)
         self._memoized = MemoizedStrategy(strategy, self._key) if options.merge else None
-        self._planner = self._memoized or strategy
+        self.planner = self._memoized or strategy
         self._estimator = estimator
         self._seed = options.seed
         self._merge = options.merge
@@ -326,7 +327,7 @@ class RunTree:
     ) -> Iterator[Event]:
         events = run_task(
             world,
-            planner or self._planner,
+            planner or self.planner,
             self._estimator,
             self.evidence.task,
             costs=self.evidence.costs,
