@@ -20,6 +20,7 @@ from workbench.planning.builtin.attempts import (
     lower_bound,
     sequential_plan,
 )
+from workbench.planning.builtin.deliveries import delivery_steps
 from workbench.planning.builtin.plan_writer import steps_of
 from workbench.planning.builtin.search_interface import LIMIT, SOLVED
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
@@ -41,6 +42,8 @@ FIRST_GREEDY_NODES, GREEDY_GROWTH = 10_000, 10
 """Node limit of the first greedy search, and its growth factor after each failure."""
 MAX_BUDGET_SHARE = 0.1
 """Share of the remaining budget that one decision may spend on improving a plan; later decisions need the rest."""
+QUICK_S = 0.1
+"""With this much time, plain deliveries (deliveries.py) are solved without looking at the clock."""
 MAX_ALTERNATIVE_NODES, MAX_FIRST_SLOT_ATTEMPTS = 5_000, 12
 
 Clock = Callable[[], float]
@@ -88,6 +91,11 @@ def solve(
     reach = goal_reach(problem)
     if reach.kind is GoalReach.UNREACHABLE:
         return SolverResult(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=reach.message))
+    if at_most is None and budget_s >= QUICK_S and max_nodes >= MIN_NODES_PER_RECIPE:
+        made = delivery_steps(problem, polish_nodes=polish_nodes)
+        if made is not None:
+            steps, cost, expanded = made
+            return SolverResult(plan=_plan_of(steps, lower_bound=cost), expanded=expanded)
     given = at_most.cost if at_most is not None and at_most.status is PlanStatus.SOLVED else float("inf")
     began = clock()
     enough = began + MAX_BUDGET_SHARE * budget_s
