@@ -10,7 +10,7 @@ from replayers.counterfactual.logged_world import Move, MoveToLook
 from replayers.counterfactual.overlooked import PossibleContents
 from replayers.counterfactual.relevance import Answer
 from replayers.counterfactual.results import Assignment
-from workbench.execution.events import RunEnded, RunStatus
+from workbench.execution.events import RunStatus
 from workbench.planning.strategy import Decision, View
 from workbench.worlds.house import ContainerId, Item, ItemType
 from workbench.worlds.knowledge import Knowledge
@@ -76,6 +76,14 @@ class PricedMove:
     picks: int
 
 
+@dataclass(frozen=True, slots=True)
+class SegmentEnd:
+    """How a run ended, and why."""
+
+    status: RunStatus
+    reason: str
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Segment:
     """One segment of a run, from a node to the next unobserved look or to the end of the run.
@@ -93,7 +101,7 @@ class Segment:
     steps: int
     picks: int
     unobserved: UnobservedLook | None
-    ended: RunEnded | None
+    ended: SegmentEnd | None
     by_beliefs: tuple[tuple[View | None, Decision], ...] = ()
     moves_to_look: tuple[PricedMove, ...] = ()
 

@@ -20,13 +20,24 @@ from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.overlooked import may_be_sighted, possible_contents
+from replayers.counterfactual.quick_segment import QuickRun, QuickSegment, is_plain
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from replayers.counterfactual.results import Assignment
-from replayers.counterfactual.run_nodes import Choose, Leaf, Node, PricedMove, Segment, UnfinishedWalk, UnobservedLook
+from replayers.counterfactual.run_nodes import (
+    Choose,
+    Leaf,
+    Node,
+    PricedMove,
+    Segment,
+    SegmentEnd,
+    UnfinishedWalk,
+    UnobservedLook,
+)
 from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits, believes_missing_only
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task
+from workbench.execution.run_end import GOAL_MET
 from workbench.planning.actions import prepares
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.search.policy import SearchPolicy
@@ -111,6 +122,9 @@ class RunTree:
         self._as_driven = options.as_driven
         self._exact_beliefs = options.exact_beliefs
         plain = not evidence.misses and evidence.passing is None and evidence.tags is None
+        self._quick = None
+        if options.merge and is_plain(evidence):
+            self._quick = QuickRun(evidence, self.planner, estimator, seed=options.seed)
         self._same = None
         self._missing_only = believes_missing_only(strategy)
         if self._missing_only and options.merge and options.exact_beliefs and plain:
@@ -254,6 +268,10 @@ class RunTree:
 
     def _run(self, node: Node) -> Segment:
         self.segments += 1
+        if self._quick is not None:
+            made = self._quick.segment(node.knowledge, steps_left=self.max_steps - node.steps)
+            if made is not None:
+                return self._as_segment(made, node)
         world = self._world_at(node)
         steps, picks, walked, spent, by_beliefs = 0, 0, 0.0, 0.0, list[tuple[View | None, Decision]]()
         moves: list[PricedMove] = []
@@ -289,9 +307,25 @@ class RunTree:
             steps=steps,
             picks=picks,
             unobserved=unobserved,
-            ended=ended if unobserved is None else None,
+            ended=SegmentEnd(ended.status, ended.reason) if unobserved is None else None,
             by_beliefs=tuple(by_beliefs),
             moves_to_look=tuple(moves),
+        )
+
+    def _as_segment(self, made: QuickSegment, node: Node) -> Segment:
+        self.max_picks = max(self.max_picks, node.picks + made.picks)
+        cost, steps, unobserved = made.cost, made.steps, None
+        if made.unobserved is not None:
+            unobserved = self._unobserved_look(made.unobserved, made.knowledge, None)
+            cost, steps = cost + self.evidence.costs.search, steps + 1
+        asked = made.decided if self._reads_beliefs else ()
+        return Segment(
+            cost=cost,
+            steps=steps,
+            picks=made.picks,
+            unobserved=unobserved,
+            ended=SegmentEnd(RunStatus.DONE, GOAL_MET) if unobserved is None else None,
+            by_beliefs=tuple((view, decision) for view, decision in asked if self._asks(decision)),
         )
 
     def _world_at(self, node: Node) -> LoggedWorld:

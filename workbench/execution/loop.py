@@ -29,7 +29,7 @@ from workbench.execution.further_looks import how_looked, worth_another_look
 from workbench.execution.goal_check import is_met
 from workbench.execution.in_passing import in_passing, knowledge_after, looked_into, seen_in_words, unknown_in_words
 from workbench.execution.legality import Legality, legality
-from workbench.execution.run_end import end_without_plan
+from workbench.execution.run_end import GOAL_MET, end_without_plan
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, Strategy, View
@@ -132,7 +132,7 @@ class _Run:
         yield from self._start()
         while self.ended is None:
             if is_met(self.task.goal, self.knowledge):
-                self._end(RunStatus.DONE, "the goal is met")
+                self._end(RunStatus.DONE, GOAL_MET)
             elif self.planning_s >= self.task.budget_s:
                 self._end(RunStatus.OUT_OF_BUDGET, f"planning took its whole budget of {self.task.budget_s:g} s")
             else:

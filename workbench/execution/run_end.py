@@ -6,6 +6,8 @@ from workbench.execution.events import RunStatus
 from workbench.planning.plans import PlanStatus
 from workbench.planning.strategy import Decision
 
+GOAL_MET = "the goal is met"
+
 
 def end_without_plan(made: Decision, *, nothing_left: bool) -> tuple[RunStatus, str]:
     """The status and the reason of the end of a run whose strategy has made no plan.

@@ -1,0 +1,160 @@
+"""Segments of a built-in strategy's runs over a plain log: looks, fetches and deliveries, without events.
+
+The closed loop (workbench/execution/loop.py) tells all that happens: events with stamps, ways and reasons. A tree of
+runs needs only what a segment costs, where it ends and what is known there, and that in a fraction of the time.
+Whatever is out of the ordinary (no plan, a step that is not legal, the step limit) is left to the closed loop; tests
+compare the two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from replayers.counterfactual.evidence import Evidence
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.guarded_estimator import EstimatorFailed
+from workbench.execution.estimator_queries import EstimatorQueries
+from workbench.execution.goal_check import is_met
+from workbench.planning.plans import PlanStatus, PlanStep
+from workbench.planning.strategy import Decision, Strategy, View
+from workbench.worlds.house import ContainerId, Item, LocationId
+from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.perception import PERFECT
+
+
+@dataclass(slots=True)
+class QuickSegment:
+    """A segment as far as it was followed.
+
+    Attributes:
+        knowledge: what the robot knows, at the end before the unobserved look.
+        cost: without that look.
+        steps, picks: how many actions and picks it takes, without that look.
+        unobserved: the container of that look; None where the goal is met.
+        decided: its decisions, each with what it was made by.
+    """
+
+    knowledge: Knowledge
+    cost: float
+    steps: int
+    picks: int
+    unobserved: ContainerId | None
+    decided: list[tuple[View, Decision]]
+
+
+def is_plain(evidence: Evidence) -> bool:
+    """Whether nothing over a log is out of the ordinary: every look shows all, and nothing is refused."""
+    refused = evidence.refused_moves or evidence.refused_picks or evidence.refused_searches or evidence.left
+    return not (refused or evidence.misses or evidence.passing is not None or evidence.tags is not None)
+
+
+@final
+class QuickRun:
+    """Runs of one strategy over a plain log.
+
+    Args:
+        planner: a built-in strategy, which may be asked twice for the same view.
+    """
+
+    def __init__(self, evidence: Evidence, planner: Strategy, estimator: Estimator, *, seed: int) -> None:
+        self._evidence = evidence
+        self._planner = planner
+        self._task = evidence.task
+        self._types = planner.relevant_types(evidence.task)
+        self._queries = EstimatorQueries(estimator, evidence.task, PERFECT)
+        self._seed = seed
+
+    def segment(self, knowledge: Knowledge, *, steps_left: int) -> QuickSegment | None:
+        """From a state to the next unobserved look or to the goal; None where the closed loop has to run it."""
+        made = QuickSegment(knowledge, 0.0, 0, 0, None, [])
+        while not is_met(self._task.goal, made.knowledge):
+            decision = self._decision(made)
+            if decision is None or not self._carried_out(decision, made, steps_left):
+                return None
+            if made.unobserved is not None:
+                break
+        return made
+
+    def _decision(self, made: QuickSegment) -> Decision | None:
+        try:
+            belief = self._queries.belief(made.knowledge, self._types)
+        except EstimatorFailed:
+            return None
+        view = View(
+            knowledge=made.knowledge,
+            belief=belief,
+            task=self._task,
+            costs=self._evidence.costs,
+            budget_s=self._task.budget_s,
+            seed=self._seed,
+            perception=PERFECT,
+        )
+        decision = self._planner.decide(view)
+        made.decided.append((view, decision))
+        solved = decision.plan.status is PlanStatus.SOLVED and bool(decision.plan.steps)
+        return decision if solved and not decision.look_on_the_way else None
+
+    def _carried_out(self, decision: Decision, made: QuickSegment, steps_left: int) -> bool:
+        """Carries a plan out up to a look or to its end; whether all went as it should."""
+        for step in decision.plan.steps[: decision.steps_now]:
+            if step.origin != made.knowledge.robot_at:
+                return False
+            if step.action == "find":
+                done = bool(decision.search_order) and self._look(decision.search_order[0].container, made)
+                return done and made.steps < steps_left
+            if not self._act(step, made) or made.steps >= steps_left:
+                return False
+        return True
+
+    def _look(self, container: ContainerId, made: QuickSegment) -> bool:
+        place, known = LocationId(container), made.knowledge
+        if container not in known.unsearched or known.holding is not None:
+            return False
+        if known.robot_at != place and not self._walk(place, made):
+            return False
+        inside = self._evidence.contents.get(container)
+        if inside is None:
+            made.unobserved = container
+            return True
+        known, ids = made.knowledge, {item.id for item in inside}
+        put = known.items_at.get(place, ())
+        made.knowledge = known.seen(container, (*inside, *(item for item in put if item.id not in ids)))
+        made.cost += self._evidence.costs.search
+        made.steps += 1
+        return True
+
+    def _act(self, step: PlanStep, made: QuickSegment) -> bool:
+        known = made.knowledge
+        if step.action == "move":
+            return self._walk(step.target, made)
+        if step.action == "pick":
+            item = _item_here(known, step)
+            if item is None or known.holding is not None:
+                return False
+            made.knowledge = known.picked(item)
+            made.picks += 1
+        elif step.action == "place":
+            if known.holding is None or step.items != (known.holding.id,):
+                return False
+            made.knowledge = known.placed()
+        else:
+            return False
+        made.cost += self._evidence.costs.manipulation
+        made.steps += 1
+        return True
+
+    def _walk(self, place: LocationId, made: QuickSegment) -> bool:
+        metres = self._evidence.travel.between(made.knowledge.robot_at, place)
+        if metres is None:
+            return False
+        made.knowledge = made.knowledge.moved(place)
+        made.cost += metres
+        made.steps += 1
+        return True
+
+
+def _item_here(knowledge: Knowledge, step: PlanStep) -> Item | None:
+    """The item of a pick, where the robot stands."""
+    here = knowledge.items_at.get(knowledge.robot_at, ())
+    return next((item for item in here if step.items == (item.id,)), None)
