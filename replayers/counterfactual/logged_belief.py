@@ -7,15 +7,16 @@ where an old log rounded them, the estimator that the log names is asked again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from replayers.counterfactual.evidence import Evidence
-from workbench.beliefs.asking.answered_estimator import answered, uses_names_alone
+from workbench.beliefs.asking.answered_estimator import AnsweredEstimator, answered, uses_names_alone
 from workbench.beliefs.belief import Belief, Estimator
+from workbench.beliefs.guarded_estimator import GuardedEstimator
 from workbench.beliefs.memory.memory_estimator import with_memory, without_memory
 from workbench.caches import Cache
 from workbench.errors import BadValue, LiosError, Unsupported
@@ -123,6 +124,23 @@ def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
     return all((t, c) in evidence.first_belief for t in item_types for c in reachable)
 
 
+@final
+class RememberedBeliefs:
+    """An estimator that uses names alone, asked once for each set of containers that are left.
+
+    Which those are, and which types are asked for, is all that its beliefs depend on over one log.
+    """
+
+    def __init__(self, estimator: Estimator) -> None:
+        self.name = estimator.name
+        self._estimator = estimator
+        self._made: Cache[Hashable, Belief] = Cache(MAX_CACHED_BELIEFS)
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        key = knowledge.unsearched, item_types
+        return self._made.get(key, lambda: self._estimator.believe(knowledge, item_types))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimatorChoice:
     """Who believes in a replay.
@@ -142,6 +160,13 @@ class EstimatorChoice:
     rounded: bool = False
     hypothetical: bool = False
     note: str = ""
+
+    @property
+    def asked_once(self) -> Estimator:
+        """The estimator, asked once for the same where that can make no difference."""
+        found = self.estimator
+        from_elsewhere = isinstance(found, AnsweredEstimator | GuardedEstimator | LoggedBelief)
+        return RememberedBeliefs(found) if self.static_beliefs and not from_elsewhere else found
 
 
 def with_beliefs(events: Iterator[Event]) -> Iterator[Event]:

@@ -193,7 +193,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         may_ask=settings.ask,
         limit_s=inf if settings.in_process else settings.timeout_s,
     )
-    estimator = choice.estimator
+    estimator = choice.asked_once
     hypothetical = choice.hypothetical or other_memory
     robot = evidence.info.source not in SIMULATED_SOURCES
     reproduction = reproduce(run, as_logged, estimator)

@@ -9,18 +9,16 @@ so that the tree is a graph and stays small. A strategy must be deterministic: t
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import final
 
 from replayers.counterfactual.decisions.memoized_strategy import MemoizedStrategy, StateKey
 from replayers.counterfactual.decisions.same_decision import SameDecision
-from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.overlooked import may_be_sighted, possible_contents
-from replayers.counterfactual.quick_segment import QuickRun, QuickSegment, is_plain
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from replayers.counterfactual.results import Assignment
 from replayers.counterfactual.run_nodes import (
@@ -33,54 +31,18 @@ from replayers.counterfactual.run_nodes import (
     UnfinishedWalk,
     UnobservedLook,
 )
-from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits, believes_missing_only
+from replayers.counterfactual.strategy_traits import believes_missing_only
+from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions
+from replayers.counterfactual.tree.quick_segment import QuickRun, QuickSegment, is_plain
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task
 from workbench.execution.run_end import GOAL_MET
 from workbench.planning.actions import prepares
 from workbench.planning.strategy import Decision, Strategy, View
-from workbench.search.policy import SearchPolicy
 from workbench.worlds.house import ContainerId, Item, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.world import ActionDone, NotInLog
-
-MAX_STEPS = 500
-"""As the closed loop's."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TreeOptions:
-    """What is known of a strategy and its estimator, by which a tree is kept small, and how its runs are made.
-
-    Attributes:
-        seed: passed to the strategy with every view.
-        max_steps: actions after which a run ends.
-        merge: histories with the same knowledge of what still matters share a node. Right for strategies that
-            decide by that knowledge alone; the built-in ones do (tests hold them to it).
-        static_beliefs: the estimator uses names alone; otherwise all that was found distinguishes histories.
-        exact_beliefs: the estimator answers what the robot believed; with rounded beliefs (logged_belief.ROUNDED)
-            nothing that was decided by them is certain, from the start on.
-        reads_beliefs: the strategy's decisions depend on beliefs.
-        looks_by: of a strategy whose plans go by distance alone: the policy by which it looks.
-        asked_again: how often it is asked again what it would do had the open containers held something else
-            (same_decision.py).
-        traits: what is known of its runs, for bounds.
-        durations: how long actions take where a run is replayed.
-        as_driven: the strategy drove the run, and the tree is that run alone: what was seen by chance is seen again.
-    """
-
-    seed: int = 0
-    max_steps: int = MAX_STEPS
-    merge: bool = False
-    static_beliefs: bool = True
-    exact_beliefs: bool = True
-    reads_beliefs: bool = True
-    looks_by: SearchPolicy | None = None
-    asked_again: int = 0
-    traits: SearchTraits = UNKNOWN
-    durations: Durations = SIMULATED
-    as_driven: bool = False
 
 
 @final

@@ -19,8 +19,9 @@ from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.relevance import Assumptions, relevance_of
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
 from replayers.counterfactual.results import Proof
-from replayers.counterfactual.run_tree import RunTree, TreeOptions
+from replayers.counterfactual.run_tree import RunTree
 from replayers.counterfactual.strategy_traits import search_traits
+from replayers.counterfactual.tree.options import TreeOptions
 from replayers.runs.run import read
 from workbench.cli import run as lios
 from workbench.planning.strategies import strategy

@@ -184,7 +184,12 @@ def _steps(posed: _Deliveries, slots: list[int]) -> tuple[PlanStep, ...]:
             price = costs.of(thing.type, places[first], places[last])
             out.append(
                 PlanStep(
-                    action="find", origin=places[first], target=places[last], item_types=types, items=items, cost=price
+                    action="find",
+                    origin=places[first],
+                    target=places[last],
+                    item_types=types,
+                    items=items,
+                    cost=price,
                 )
             )
             robot = last

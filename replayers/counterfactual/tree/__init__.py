@@ -1,0 +1,1 @@
+"""Parts of a tree of runs (run_tree.py): its options, and segments without events."""
