@@ -195,15 +195,14 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     )
     estimator = choice.asked_once
     hypothetical = choice.hypothetical or other_memory
-    robot = evidence.info.source not in SIMULATED_SOURCES
     reproduction = reproduce(run, as_logged, estimator)
-    durations = fitted_durations(run.actions) if robot else SIMULATED
+    fitted = None if evidence.info.source in SIMULATED_SOURCES else fitted_durations(run.actions)
     prepared = PreparedLog(
         evidence=evidence,
         estimator=estimator,
         static_beliefs=choice.static_beliefs,
         worlds=None,
-        durations=durations,
+        durations=fitted or SIMULATED,
         truth=house_from_truth(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
         settings=settings,
         recorded=run.outcome,
@@ -218,7 +217,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         notes=tuple(
             note
             for note in (
-                *_notes(evidence, choice, durations if robot else None, reproduction, hypothetical=hypothetical),
+                *_notes(evidence, choice, fitted, reproduction, hypothetical=hypothetical),
                 misses_note(evidence, contradicting),
             )
             if note
