@@ -214,13 +214,9 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         contradicting=contradicting,
         reproduction=reproduction,
         claims=hypothetical or reproduction.same is not False,
-        notes=tuple(
-            note
-            for note in (
-                *_notes(evidence, choice, fitted, reproduction, hypothetical=hypothetical),
-                misses_note(evidence, contradicting),
-            )
-            if note
+        notes=(
+            *_notes(evidence, choice, fitted, reproduction, hypothetical=hypothetical),
+            *filter(None, [misses_note(evidence, contradicting)]),
         ),
     )
     try:
@@ -237,8 +233,8 @@ def _notes(
     *,
     hypothetical: bool,
 ) -> tuple[str, ...]:
-    """What is to be known of all replays over a log; an empty one says nothing."""
-    words = (*evidence.notes, choice.note, durations.words() if durations else "")
+    """What is to be known of all replays over a log."""
+    words = tuple(filter(None, (*evidence.notes, choice.note, durations.words() if durations else "")))
     if reproduction.same is not False:
         return words
     if hypothetical:
