@@ -92,8 +92,6 @@ _BUILT_IN: Mapping[str, tuple[Mapping[str, str], PluginKind | None]] = MappingPr
     }
 )
 
-KINDS = tuple(_BUILT_IN)
-
 KIND_OF_OPTION: Mapping[str, str] = MappingProxyType(
     {
         "--strategy": "strategies",
@@ -129,7 +127,7 @@ def registered_names(kind: str) -> tuple[RegisteredName, ...]:
     """The names of a kind: built-in ones in the order of their table, then installed plug-ins, sorted.
 
     Args:
-        kind: one of KINDS.
+        kind: strategies, policies, estimators, scenarios or solvers.
     """
     lines, plugins = _BUILT_IN[kind]
     ours = tuple(RegisteredName(name=name, line=line, source="built in") for name, line in lines.items())

@@ -6,7 +6,6 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Lock
-from typing import TypeVar
 
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.library.run_table import NotRecorded, evaluation_in, log_rows, trial_rows
@@ -28,8 +27,6 @@ SENSORS_EVERY_S, SENSORS_REST = 2.0, 10.0
 took."""
 MAX_CACHED_RUNS = 24
 """Runs, and places, kept in memory; the least recently used is dropped first."""
-K = TypeVar("K")
-V = TypeVar("V")
 
 
 class NoLogsInFolder(NotFound):

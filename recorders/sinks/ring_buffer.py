@@ -41,10 +41,6 @@ class RingBuffer:
     def path(self) -> Path:
         return self._path
 
-    @property
-    def bytes_kept(self) -> int:
-        return self._bytes
-
     def write(self, channel: ChannelSpec, data: bytes, *, log_time: int, publish_time: int | None = None) -> bool:
         with self._lock:
             self._kept.append(StoredMessage(channel, data, log_time, publish_time))

@@ -86,11 +86,6 @@ class ThreadedSink:
         with self._lock:
             return dict(self._dropped)
 
-    @property
-    def waiting_bytes(self) -> int:
-        """Size in bytes of messages not yet taken by the thread."""
-        return self._waiting_bytes
-
     def write(self, channel: ChannelSpec, data: bytes, *, log_time: int, publish_time: int | None = None) -> bool:
         """Queue a message; False if it was dropped and counted."""
         bound = self._queue_bytes * (2 if channel.important else 1)

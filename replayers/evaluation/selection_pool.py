@@ -53,8 +53,8 @@ def pool_trials(
     Args:
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
     """
-    shared = replace(plan, places=())  # a unit carries its own task alone
-    tasks = ((task, shared) for task in plan.places)
+    shared = replace(plan, tasks=())  # a unit carries its own task alone
+    tasks = ((task, shared) for task in plan.tasks)
     return run_in_order(_pool_trial, tasks, workers=workers, scheduler=scheduler)
 
 

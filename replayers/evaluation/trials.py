@@ -63,7 +63,7 @@ class MeasurementSettings:
         trusting: the recording robot believes its looks, and never looks again.
     """
 
-    places: tuple[ReplayTask, ...]
+    tasks: tuple[ReplayTask, ...]
     strategies: tuple[str, ...]
     settings: ReplaySettings
     estimator: str = "counts"
@@ -150,7 +150,7 @@ class SkippedTask:
 
 
 def tasks_for(
-    houses: Path | None, part: str, scenarios: Sequence[str], *, count: int, per_place: int, seed: int
+    houses: Path | None, part: str, scenarios: Sequence[str], *, count: int, per_task: int, seed: int
 ) -> tuple[ReplayTask, ...]:
     """Enough tasks for `count` counterfactuals: houses in turn, scenarios in turn, then the next seed.
 
@@ -158,26 +158,26 @@ def tasks_for(
         BadValue: no scenarios, or fewer than two strategies.
         FileMissing, Malformed, UnknownName: the houses cannot be read.
     """
-    if not scenarios or per_place < 1:
+    if not scenarios or per_task < 1:
         raise BadValue(
-            "scenarios and strategies", (list(scenarios), per_place), "a scenario and two strategies or more"
+            "scenarios and strategies", (list(scenarios), per_task), "a scenario and two strategies or more"
         )
     path = houses or shipped_houses()
     loaded = load_houses(path)
     indices = split_indices(path, part, houses=len(loaded))
-    places: list[ReplayTask] = []
-    wanted = -(-count // per_place)
+    tasks: list[ReplayTask] = []
+    wanted = -(-count // per_task)
     for k in range(MAX_HOUSES_TRIED * wanted):
         turn, index = divmod(k, len(indices))
-        scenario = scenarios[(len(places) + turn) % len(scenarios)]
+        scenario = scenarios[(len(tasks) + turn) % len(scenarios)]
         task = ReplayTask(house=f"{path}:{indices[index]}", scenario=scenario, seed=seed + turn)
         if _supports(loaded[indices[index]], task):
-            places.append(task)
-        if len(places) == wanted:
+            tasks.append(task)
+        if len(tasks) == wanted:
             break
-    if not places:
+    if not tasks:
         raise BadValue("scenarios", ", ".join(scenarios), f"some that a house of {path} ({part}) can support")
-    return tuple(places)
+    return tuple(tasks)
 
 
 def _supports(house: House, task: ReplayTask) -> bool:
@@ -197,20 +197,15 @@ def counterfactuals(
     Args:
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
     """
-    shared = replace(plan, places=())  # a unit carries its own task alone
-    units = ((task, shared, name) for task in plan.places for name in plan.strategies)
+    shared = replace(plan, tasks=())  # a unit carries its own task alone
+    units = ((task, shared, name) for task in plan.tasks for name in plan.strategies)
     logs = run_in_order(_log_of_unit, units, workers=workers, scheduler=scheduler)
-    tasks, of_task = iter(plan.places), list[MeasuredLog | SkippedTask]()
+    tasks, of_task = iter(plan.tasks), list[MeasuredLog | SkippedTask]()
     for log in logs:
         of_task.append(log)
         if len(of_task) == len(plan.strategies):
             yield from _with_truths(next(tasks), of_task)
             of_task = []
-
-
-def measure(task: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfactual | SkippedTask]:
-    """All counterfactuals of one task."""
-    return _with_truths(task, [measure_log(task, plan, name) for name in plan.strategies])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,7 +20,6 @@ from replayers.evaluation.trials import (
     ReplayTask,
     SkippedTask,
     counterfactuals,
-    measure,
     tasks_for,
 )
 from workbench.cli import run as lios
@@ -75,11 +74,11 @@ def test_the_interval_of_coverage_draws_whole_houses() -> None:
 
 def test_houses_that_cannot_support_a_scenario_are_passed_over() -> None:
     """Some of the shipped houses have no coffee machine, kettle or pot."""
-    places = tasks_for(None, "all", ("coffee",), count=12, per_place=2, seed=0)
-    assert len(places) == 6
-    assert {place.scenario for place in places} == {"coffee"}
+    tasks = tasks_for(None, "all", ("coffee",), count=12, per_task=2, seed=0)
+    assert len(tasks) == 6
+    assert {place.scenario for place in tasks} == {"coffee"}
     with pytest.raises(BadValue, match="scenarios"):
-        tasks_for(None, "all", (), count=12, per_place=2, seed=0)
+        tasks_for(None, "all", (), count=12, per_task=2, seed=0)
 
 
 @pytest.mark.slow
@@ -121,18 +120,18 @@ def test_logs_recorded_with_misses_are_replayed_with_as_many() -> None:
     """In this house a robot whose looks miss half of what is there overlooks one of the items that it seeks."""
     place = ReplayTask(house=f"{shipped_houses()}:10", scenario="find", seed=5)
     plan = MeasurementSettings(
-        places=(place,),
+        tasks=(place,),
         strategies=("opt-greedy", "model-lios"),
         settings=ReplaySettings(worlds=0, budget=Budget(segments=100)),
         miss_rate=0.5,
     )
-    made = [c for c in measure(place, plan) if isinstance(c, Counterfactual)]
+    made = [c for c in counterfactuals(plan) if isinstance(c, Counterfactual)]
     assert len(made) == 2
     assert [c.misses for c in made] == [1, 1]
     assert all(c.inside for c in made)
     assert (summary(made)["misses"], summary(made)["with_misses"]) == (1.0, 1.0)
     told = replace(plan, miss_rate=0.0)
-    sure = [c for c in measure(place, told) if isinstance(c, Counterfactual)]
+    sure = [c for c in counterfactuals(told) if isinstance(c, Counterfactual)]
     assert [c.true_cost for c in made] == [c.true_cost for c in sure], "the truth overlooks nothing"
     assert {c.misses for c in sure} == {0}
 
@@ -141,7 +140,7 @@ def test_a_unit_of_work_is_one_recorded_log_and_carries_its_own_task_alone(monke
     place = ReplayTask(house=f"{shipped_houses()}:10", scenario="find", seed=5)
     nowhere = ReplayTask(house=f"{shipped_houses()}:10", scenario="no-such-scenario", seed=5)
     plan = MeasurementSettings(
-        places=(nowhere, place), strategies=("opt-greedy", "pes-greedy"), settings=ReplaySettings(worlds=4)
+        tasks=(nowhere, place), strategies=("opt-greedy", "pes-greedy"), settings=ReplaySettings(worlds=4)
     )
     units: list[tuple[ReplayTask, MeasurementSettings, str]] = []
 
@@ -151,12 +150,11 @@ def test_a_unit_of_work_is_one_recorded_log_and_carries_its_own_task_alone(monke
 
     monkeypatch.setattr(trials, "run_in_order", in_this_process)
     made = list(counterfactuals(plan))
-    assert [(unit[0], unit[2]) for unit in units] == [
-        (task, name) for task in plan.places for name in plan.strategies
-    ]
-    assert {unit[1].places for unit in units} == {()}
+    assert [(unit[0], unit[2]) for unit in units] == [(task, name) for task in plan.tasks for name in plan.strategies]
+    assert {unit[1].tasks for unit in units} == {()}
     assert [type(one) for one in made] == [SkippedTask, Counterfactual, Counterfactual]
-    assert made[1:] == list(measure(place, plan))
+    units.clear()
+    assert made[1:] == list(counterfactuals(replace(plan, tasks=(place,))))
     first, second = (one for one in made if isinstance(one, Counterfactual))
     assert (first.recorded, first.strategy) == (second.strategy, second.recorded) == plan.strategies
     assert first.pit is not None

@@ -65,8 +65,6 @@ class SyncedClock:
         self._measured_ns = monotonic_ns()
         self._ended = False
         """Whether the thread had ended since the last answer: while it is tried again, nothing is certain yet."""
-        self.restarts = 0
-        """How often the time-sync thread had ended and was started again."""
 
     def now_ns(self) -> int:
         return time.time_ns()
@@ -100,7 +98,6 @@ class SyncedClock:
         self._note_answer()
         if not self._thread.stopped:
             return
-        self.restarts += 1
         self._ended = True
         self._thread.start()
         tries = round(RESTART_S / POLL_S)

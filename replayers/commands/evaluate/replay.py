@@ -90,7 +90,7 @@ def replay(
     estimator_names = _estimators(estimators)
     if output is not None and output.is_dir():
         raise WrongKind(output, needed="file")
-    places = tasks_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
+    tasks = tasks_for(houses, part, wanted, count=count, per_task=len(names) * (len(names) - 1), seed=seed)
     settings = ReplaySettings(
         worlds=worlds,
         budget=budget_of(budget),
@@ -98,7 +98,7 @@ def replay(
     )
     plans = [
         MeasurementSettings(
-            places=places,
+            tasks=tasks,
             strategies=names,
             settings=settings,
             estimator=name,
@@ -108,10 +108,10 @@ def replay(
         )
         for name in estimator_names
     ]
-    each = len(places) * len(names) * (len(names) - 1)
+    each = len(tasks) * len(names) * (len(names) - 1)
     if dry_run:
         by = f" by each of {len(estimator_names)} estimators" if len(estimator_names) > 1 else ""
-        say(f"{len(places)} tasks, {len(names)} strategies: {each} counterfactuals{by}")
+        say(f"{len(tasks)} tasks, {len(names)} strategies: {each} counterfactuals{by}")
         return
     found, skipped = _measured(plans, (workers, scheduler), total=each * len(plans))
     if not found:

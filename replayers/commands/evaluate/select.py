@@ -74,7 +74,7 @@ def select(
     ]
     names = plans[0].strategies
     if dry_run:
-        tasks = sum(len(plan.places) for plan in plans)
+        tasks = sum(len(plan.tasks) for plan in plans)
         say(f"{tasks} tasks, {len(names)} strategies: {tasks * len(names) ** 2} replays; "
             f"{seeds} seeds of {trials} trials for each of {pools} pools")  # fmt: skip
         return
@@ -122,7 +122,7 @@ def _plan(
     family_of(scenario)  # refuses unknown scenarios
     estimator_named(estimator, origin=NameOrigin.USER)
     return MeasurementSettings(
-        places=tasks_for(houses, part, (scenario,), count=pool, per_place=1, seed=seed),
+        tasks=tasks_for(houses, part, (scenario,), count=pool, per_task=1, seed=seed),
         strategies=names,
         settings=ReplaySettings(worlds=worlds, seed=seed),
         estimator=estimator,
@@ -142,7 +142,7 @@ def _pool(
 
     path = None if output is None else output / (POOL_FILE if number == 0 else f"pool-{number}.jsonl")
     found: list[PoolTrial] = []
-    left = plan.places
+    left = plan.tasks
     if path is not None and path.exists() and not force:
         found = list(read_pool(path))
         made = {(t.house, t.scenario, t.seed) for t in found}
@@ -150,7 +150,7 @@ def _pool(
             raise OutputExists(path)
         left = tuple(p for p in left if (p.house, p.scenario, p.seed) not in made)
     skipped: list[str] = []
-    trials = pool_trials(replace(plan, places=left), workers=on.workers, scheduler=on.scheduler)
+    trials = pool_trials(replace(plan, tasks=left), workers=on.workers, scheduler=on.scheduler)
     for one in progress(trials, title="driving and replaying", total=len(left)):
         if isinstance(one, SkippedTask):
             skipped.append(f"skipped {one.task.scenario} in {one.task.house}: {one.reason}")
@@ -158,7 +158,7 @@ def _pool(
         found.append(one)
         if path is not None:
             write_pool(path, found)
-    order = {(p.house, p.scenario, p.seed): place for place, p in enumerate(plan.places)}
+    order = {(p.house, p.scenario, p.seed): place for place, p in enumerate(plan.tasks)}
     found.sort(key=lambda t: order[t.house, t.scenario, t.seed])
     for words in skipped:
         say(words)
