@@ -30,6 +30,8 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class CameraPose:
+    """Where a camera is and what it looks at, in metres on the map."""
+
     position: Vector
     look_at: Vector
 

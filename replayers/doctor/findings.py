@@ -7,6 +7,8 @@ from enum import StrEnum
 
 
 class Level(StrEnum):
+    """How serious a finding is."""
+
     ERROR = "error"
     """Something in the log is not what it should be."""
     LOSS = "loss"
@@ -17,6 +19,8 @@ class Level(StrEnum):
 
 
 class Verdict(StrEnum):
+    """What the findings of a log amount to, and the exit code for it."""
+
     FINE = "fine"
     FAULTY = "faulty"
     LOSSY = "lossy"

@@ -38,6 +38,8 @@ ROLES = (
 
 
 class BagFrames(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The names of the frames in a bag."""
+
     map: str = "map"
     odom: str = "odom"
     body: str = "base_link"

@@ -110,6 +110,8 @@ class EstimatorAnswered:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeliefUpdated:
+    """The estimator's belief at a decision."""
+
     stamp_ns: int
     decision: int
     belief: Belief
@@ -117,6 +119,8 @@ class BeliefUpdated:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FindCostsUpdated:
+    """The find costs that a decision was planned with."""
+
     stamp_ns: int
     decision: int
     find_costs: FindCosts

@@ -68,6 +68,8 @@ class FindPricing(Protocol):
 @final
 @dataclass(frozen=True, slots=True)
 class Optimistic:
+    """The paper's optimistic find cost: the object is in the container with the smallest detour."""
+
     def price(self, request: FindCostRequest) -> FindCosts:
         return request.answered_by(optimistic_find_costs)
 
@@ -78,6 +80,8 @@ class Optimistic:
 @final
 @dataclass(frozen=True, slots=True)
 class Pessimistic:
+    """The paper's pessimistic find cost: the optimistic one plus a constant penalty."""
+
     def price(self, request: FindCostRequest) -> FindCosts:
         return request.answered_by(pessimistic_find_costs)
 

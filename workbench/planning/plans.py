@@ -9,6 +9,8 @@ from workbench.worlds.house import ItemId, ItemType, LocationId
 
 
 class PlanStatus(StrEnum):
+    """How planning ended."""
+
     SOLVED = "solved"
     NO_PLAN = "no-plan"
     """Proven: no sequence of actions meets the goal."""

@@ -48,7 +48,8 @@ def corrected_find_costs(
 
     Args:
         scale: realised over predicted cost; None takes the scale of the belief's estimator.
-        The others: as in expected_find_costs.
+
+    The other arguments are those of expected_find_costs.
 
     Raises:
         BadValue: a scale that is not positive and finite.

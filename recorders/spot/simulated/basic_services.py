@@ -70,6 +70,8 @@ def header_of(state: SimulatedState, request: Request, received_ns: int | None =
 
 
 class Directory(directory_service_pb2_grpc.DirectoryServiceServicer):
+    """The directory service: which services the robot has, and where."""
+
     def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
@@ -125,6 +127,8 @@ class Auth(auth_service_pb2_grpc.AuthServiceServicer):
 
 
 class RobotIdentity(robot_id_service_pb2_grpc.RobotIdServiceServicer):
+    """The robot-id service: serial number, software release and name."""
+
     def __init__(self, state: SimulatedState) -> None:
         self._state = state
 

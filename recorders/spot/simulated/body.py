@@ -28,12 +28,16 @@ BATTERY_S = 90 * 60.0
 
 
 class Motors(StrEnum):
+    """The state of the motors' power."""
+
     OFF = "off"
     POWERING_ON = "powering-on"
     ON = "on"
 
 
 class WalkState(StrEnum):
+    """How a walk goes, or how it ended."""
+
     WALKING = "walking"
     ARRIVED = "arrived"
     STUCK = "stuck"

@@ -17,6 +17,8 @@ CUT, NONE = estop_pb2.ESTOP_LEVEL_CUT, estop_pb2.ESTOP_LEVEL_NONE
 
 @dataclass(slots=True)
 class Endpoint:
+    """One registered emergency-stop endpoint, with its last check-in."""
+
     proto: estop_pb2.EstopEndpoint
     level: estop_pb2.EstopStopLevel.ValueType = CUT
     challenge: int = 1

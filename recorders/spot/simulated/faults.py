@@ -25,6 +25,8 @@ from workbench.errors import BadValue
 
 
 class FaultKind(StrEnum):
+    """The faults that can be injected into the simulated robot."""
+
     LOST_LEASE = "lost-lease"
     LOST_LOCALIZATION = "lost-localization"
     STUCK = "stuck"

@@ -58,7 +58,6 @@ class AnswerBook:
         estimator: the estimator's name.
         known: answers of a log; those of other estimators are passed over.
         ask: asks a question; None where nobody may be asked.
-        cached: answers are also looked for, and kept, in the cache folder (LIOS_CACHE).
     """
 
     def __init__(

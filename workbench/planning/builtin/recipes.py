@@ -56,6 +56,8 @@ class Operation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recipe:
+    """One way of meeting the goal: the items that it uses, and the preparations in which they take part."""
+
     slots: tuple[Slot, ...] = ()
     operations: tuple[Operation, ...] = ()
 

@@ -35,6 +35,8 @@ class MemoryLimit(StrEnum):
 
 
 class Exit(StrEnum):
+    """How an external program ended."""
+
     ENDED = "ended"
     """The program exited by itself, with a return code."""
     TIMED_OUT = "timed-out"

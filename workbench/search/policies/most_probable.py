@@ -15,6 +15,8 @@ from workbench.search.ties import ranked
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MostProbable:
+    """The most probable container first."""
+
     name: str = "most-probable"
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:

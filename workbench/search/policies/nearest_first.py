@@ -19,6 +19,8 @@ from workbench.worlds.house import ContainerId, LocationId
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NearestFirst:
+    """The nearest unsearched container first; probabilities do not matter."""
+
     name: str = "greedy"
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:

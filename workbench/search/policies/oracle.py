@@ -15,6 +15,8 @@ from workbench.worlds.house import House
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OraclePolicy:
+    """The container that really holds the object, by the shortest route to the target; it knows the true house."""
+
     house: House
     name: str = "oracle"
 

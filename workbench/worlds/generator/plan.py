@@ -62,6 +62,8 @@ class Hole:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedHouse:
+    """The rooms and walls of a generated house, with its doors and windows, before furniture."""
+
     rooms: tuple[PlannedRoom, ...]
     sides: tuple[Side, ...]
     doors: tuple[Hole, ...]

@@ -26,7 +26,6 @@ class FieldOfView:
 
     Args:
         radius_m: how far the robot sees, in metres.
-        resolution_m: side of a cell of the grid of walls.
 
     Raises:
         BadValue: no sight radius.

@@ -56,7 +56,6 @@ class LinesOfSight:
 
     Args:
         radius_m: how far the robot sees, in metres.
-        resolution_m: side of a cell of the grid of walls.
 
     Raises:
         BadValue: no sight radius.

@@ -18,6 +18,8 @@ Feedback = docking_pb2.DockingCommandFeedbackResponse
 
 
 class Docking(docking_service_pb2_grpc.DockingServiceServicer):
+    """The docking service."""
+
     def __init__(self, state: SimulatedState) -> None:
         self._state = state
         self._began_s = 0.0

@@ -31,6 +31,8 @@ DEPTH_HEADING_RAD = CAMERAS["frontleft_fisheye_image"]
 
 
 class Images(image_service_pb2_grpc.ImageServiceServicer):
+    """The image service: colour pictures, and one depth picture."""
+
     def __init__(self, state: SimulatedState) -> None:
         self._state = state
 

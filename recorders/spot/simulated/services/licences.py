@@ -12,6 +12,8 @@ FEATURES = ("arm", "graph-nav")
 
 
 class Licences(license_service_pb2_grpc.LicenseServiceServicer):
+    """The licence service."""
+
     def __init__(self, state: SimulatedState) -> None:
         self._state = state
 

@@ -19,6 +19,8 @@ from recorders.spot.simulated.robot import SimulatedState
 
 
 class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
+    """The lease service."""
+
     def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
@@ -85,6 +87,8 @@ class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
 
 
 class Estops(estop_service_pb2_grpc.EstopServiceServicer):
+    """The emergency-stop service."""
+
     def __init__(self, state: SimulatedState) -> None:
         self._state = state
 
@@ -150,6 +154,8 @@ class Estops(estop_service_pb2_grpc.EstopServiceServicer):
 
 
 class Power(power_service_pb2_grpc.PowerServiceServicer):
+    """The power service: motors on and off."""
+
     def __init__(self, state: SimulatedState) -> None:
         self._state = state
         self._last = power_pb2.STATUS_SUCCESS
