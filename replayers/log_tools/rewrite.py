@@ -37,6 +37,10 @@ class Change(Protocol):
         """Whether messages of a channel may be changed."""
         ...
 
+    def look(self, message: Message) -> None:
+        """Sees a message before any is copied: how one is changed may depend on later ones."""
+        ...
+
     def changed(self, message: Message) -> Message | None:
         """The message as it is to be copied; None to leave it out."""
         ...
@@ -135,6 +139,8 @@ def filtered(
     jumps, dropped = _unwanted_chunks(source, wanted)
     lost = SourceLoss(name=source.name, loss=loss)
     with LogCopier(output, style, profile=profile_of(source)) as copier:
+        if change is not None:
+            _look_through(progress(pieces(source, ReadLoss(), jumps=jumps)), wanted, change)
         for piece in progress(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted, change, lost)):
             size = len(piece.places) if isinstance(piece, WholeChunk) else 1
             taken = _copy_wanted(piece, copier, wanted, change)
@@ -142,6 +148,19 @@ def filtered(
         for name, facts in lost.records() if wanted.metadata else ():
             copier.writer.add_metadata(name, facts)
     return RewriteReport(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
+
+
+def _look_through(found: Iterable[Part | WholeChunk], wanted: MessageFilter, change: Change) -> None:
+    """Shows a change every wanted message that it concerns."""
+    for part in found:
+        messages: Iterable[Message] = ()
+        if isinstance(part, Message):
+            messages = [part] if wanted.message(part) else ()
+        elif isinstance(part, WholeChunk) and any(change.concerns(*pair) for pair in part.channels.values()):
+            messages = part.messages(lambda topic, log_time: wanted.topic(topic) and wanted.time(log_time))
+        for message in messages:
+            if change.concerns(message.channel, message.schema):
+                change.look(message)
 
 
 def _stream_pieces(

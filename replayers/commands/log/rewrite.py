@@ -48,6 +48,14 @@ def filter_log(
         bool,
         Option("--blur-text", help="Blur the text that is found in pictures, as on screens and papers (extra text)."),
     ] = False,
+    blur_screens: Annotated[
+        bool,
+        Option("--blur-screens", help="Blur TVs, monitors, laptops and phones (extra opencv, and --screen-model)."),
+    ] = False,
+    screen_model: Annotated[
+        Path | None,
+        Option("--screen-model", help="The weights for --blur-screens; without them, it says where from."),
+    ] = None,
     compression: Packing = "zstd",
     chunk_size: ChunkSize = None,
     force: Force = False,
@@ -55,8 +63,8 @@ def filter_log(
 ) -> None:
     """Copy the wanted topics and times to another log; unknown topics pass through untouched.
 
-    With --blur-faces or --blur-text, images that cannot be searched are left out. What is not found stays, and so do
-    pictures on screens: check the copy before you give it away, or leave the cameras out.
+    With --blur-faces, --blur-text or --blur-screens, images that cannot be searched are left out. What is not found
+    stays: check the copy before you give it away, or leave the cameras out.
 
     Examples:
 
@@ -70,14 +78,21 @@ def filter_log(
 
     wanted = replace(message_filter(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
     style = style_of(compression, chunk_size, force)
-    if not blur_faces and not blur_text:
+    if screen_model is not None and not blur_screens:
+        raise BadValue("--screen-model", str(screen_model), "given with --blur-screens")
+    if not blur_faces and not blur_text and not blur_screens:
         _report(filtered(log, output, wanted, style, bar("filter")), as_json)
         return
     from replayers.log_tools.faces.blurred_pictures import FaceBlur
     from replayers.log_tools.faces.face_finder import FaceFinder
+    from replayers.log_tools.faces.screens.screen_finder import ScreenFinder
     from replayers.log_tools.faces.text_finder import TextFinder
 
-    blur = FaceBlur(finder=FaceFinder() if blur_faces else None, text=TextFinder() if blur_text else None)
+    blur = FaceBlur(
+        finder=FaceFinder() if blur_faces else None,
+        text=TextFinder() if blur_text else None,
+        screen=ScreenFinder(screen_model) if blur_screens else None,
+    )
     done = filtered(log, output, wanted, style, bar("filter"), change=blur)
     _report_blurred(blur)
     _report(done, as_json)
@@ -87,8 +102,12 @@ def _report_blurred(blur: FaceBlur) -> None:
     """What was searched for and found, on standard error."""
     faces = [] if blur.finder is None else [f"{blur.faces.total():,} faces"]
     texts = [] if blur.text is None else [f"{blur.texts.total():,} pieces of text"]
+    screens = [] if blur.screen is None else [f"{blur.screens.total():,} screens"]
     left = "screens are not searched for" if blur.text is None else "pictures on screens are not searched for"
-    say(f"{blur.pictures.total():,} pictures searched, {' and '.join([*faces, *texts])} found and blurred; {left}")
+    told = (
+        f"{blur.pictures.total():,} pictures searched, {' and '.join([*faces, *texts, *screens])} found and blurred"
+    )
+    say(told if screens else f"{told}; {left}")
     for topic, count in sorted(blur.left_out.items()):
         say(f"{topic}: {count:,} left out: pictures that cannot be searched")
 

@@ -89,18 +89,21 @@ def boxes_of_turned(
     *,
     scale: float = 1.0,
     shape: tuple[int, ...] | None = None,
+    beyond: float = BEYOND,
 ) -> tuple[Box, ...]:
     """What is found in a picture that is turned by quarters, in the picture as it is; enlarged, merged and sorted.
 
     Args:
         searched: the picture to search, shape (rows, columns) or (rows, columns, 3).
         scale: its size in that of the whole picture. shape: that of the whole picture; None for the same.
+        beyond: how far boxes are enlarged, in their size on each side.
     """
     found: set[Box] = set()
     for quarter in quarters:
         turned = np.ascontiguousarray(np.rot90(searched, quarter))
         for box in find(turned):
-            found.add(_enlarged(_turned_back(box, turned.shape, quarter), scale, shape or searched.shape))
+            back = _turned_back(box, turned.shape, quarter)
+            found.add(_enlarged(back, scale, shape or searched.shape, beyond))
     return tuple(sorted(_merged(found)))
 
 
@@ -152,8 +155,8 @@ def _turned_back(box: Box, shape: tuple[int, ...], quarters: int) -> Box:
     return x, y, w, h
 
 
-def _enlarged(box: Box, scale: float, shape: tuple[int, ...]) -> Box:
+def _enlarged(box: Box, scale: float, shape: tuple[int, ...], beyond: float) -> Box:
     x, y, w, h = (side / scale for side in box)
-    left, top = max(0, int(x - BEYOND * w)), max(0, int(y - BEYOND * h))
-    right, bottom = min(shape[1], round(x + (1 + BEYOND) * w)), min(shape[0], round(y + (1 + BEYOND) * h))
+    left, top = max(0, int(x - beyond * w)), max(0, int(y - beyond * h))
+    right, bottom = min(shape[1], round(x + (1 + beyond) * w)), min(shape[0], round(y + (1 + beyond) * h))
     return left, top, max(0, right - left), max(0, bottom - top)

