@@ -55,9 +55,12 @@ def certificate(prepared: PreparedLog, planner: Strategy, *, max_branches: int =
     """
     evidence = prepared.evidence
     _require_plain(prepared, evidence)
-    tree = run_tree_of(prepared, planner)
-    writer = _TreeWriter(tree=tree, left=max_branches, failure=evidence.task.failure_cost)
+    tree, failure = run_tree_of(prepared, planner), evidence.task.failure_cost
+    writer = _TreeWriter(tree=tree, left=max_branches, failure=failure)
     root = writer.node(tree.root, 0.0, {})
+    if tree.ambiguous:
+        writer = _TreeWriter(tree=tree.with_all_items(), left=max_branches, failure=failure)
+        root = writer.node(writer.tree.root, 0.0, {})
     return CostClaim(
         log=evidence.path.rpartition("/")[2],
         log_sha256=evidence.sha256,

@@ -166,6 +166,13 @@ def demand(goal: Goal) -> Counter[ItemType]:
     return Counter(relevant_types(goal))
 
 
+def distinct_deliveries(goal: Goal) -> tuple[Delivered, ...]:
+    """The parts of a goal that asks for different types only, to be brought as they are; () for any other."""
+    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
+    plain = tuple(part for part in parts if isinstance(part, Delivered) and not part.properties)
+    return plain if len({part.item_type for part in plain}) == len(parts) else ()
+
+
 def imputed_items(answer: Answer, container: ContainerId, shown: Iterable[Item] | None = None) -> tuple[Item, ...]:
     """The instances that an answer stands for, with ids that mark them as imputed.
 

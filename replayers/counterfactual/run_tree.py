@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import final
 
 from replayers.counterfactual.decisions.memoized_strategy import MemoizedStrategy, StateKey
+from replayers.counterfactual.decisions.needed_items import needed_items
 from replayers.counterfactual.decisions.same_decision import SameDecision
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
@@ -74,10 +75,12 @@ class RunTree:
         self.max_steps = options.max_steps
         self.traits = options.traits
         unmoved = options.static_beliefs or not options.reads_beliefs
-        self._key = StateKey(relevance, unmoved, evidence.misses_left if evidence.misses else None)
+        needed = needed_items(evidence, options.looks_by) if options.fetches_nearest and unmoved else None
+        self._key = StateKey(relevance, unmoved, evidence.misses_left if evidence.misses else None, needed)
         self._memoized = MemoizedStrategy(strategy, self._key) if options.merge else None
         self.planner = self._memoized or strategy
         self._estimator = estimator
+        self._options = options
         self._seed = options.seed
         self._merge = options.merge
         self._durations = options.durations
@@ -104,6 +107,16 @@ class RunTree:
     def guesses(self) -> bool:
         """Whether decisions go by beliefs that are not quite the robot's: a log rounded them."""
         return self._reads_beliefs and not self._exact_beliefs
+
+    @property
+    def ambiguous(self) -> bool:
+        """Whether histories that share a node may go on differently after all (decisions/needed_items.py)."""
+        return self._memoized is not None and self._memoized.ambiguous
+
+    def with_all_items(self) -> RunTree:
+        """The same tree, not followed yet, in which all items that still matter distinguish histories."""
+        options = replace(self._options, fetches_nearest=False)
+        return RunTree(self.evidence, self.strategy, self._estimator, self.relevance, options)
 
     def advance(self, node: Node) -> Segment:
         """Runs on from a node to its next unobserved look or its end; cached."""

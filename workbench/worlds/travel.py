@@ -115,6 +115,15 @@ class TravelCosts:
 _ROWS: PerObject[tuple[str, ...], Indices] = PerObject(ROW_CACHE_SIZE)
 
 
+def shortest_paths(metres: Floats) -> Floats:
+    """The shortest ways between all locations where a way may lead through others: at most the given ones, and a
+    metric (Floyd-Warshall)."""
+    found = np.array(metres, dtype=np.float64)
+    for via in range(len(found)):
+        np.minimum(found, found[:, via, None] + found[None, via, :], out=found)
+    return found
+
+
 class Paths(Protocol):
     """The paths behind travel costs, for execution and display."""
 

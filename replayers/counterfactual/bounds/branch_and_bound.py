@@ -15,6 +15,7 @@ the same holds from the start on.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from heapq import heappop, heappush
 from itertools import islice
 from math import inf
 from typing import Literal, final
@@ -29,6 +30,8 @@ from replayers.counterfactual.run_tree import Leaf, Node, RunTree, UnobservedLoo
 from workbench.tolerances import NEAR_COST
 
 Side = Literal["low", "high"]
+Branches = list[tuple[float, Node]]
+"""The nodes after a node, each with the cost of the way to it."""
 
 NEARLY_DONE = 0.25
 """As a share of the budget: with fewer branches left that could cost most, it is worth going on."""
@@ -64,17 +67,19 @@ class BoundSearch:
         self._intervals: dict[Node, CostInterval] = {}
         self._others: dict[Node, CostInterval] = {}
         self._followed: set[Node] = set()
-        self._parents: dict[Node, Node] = {}  # by the first path to each
+        self._branches: dict[Node, Branches] = {}  # of every node that was followed
+        self._parents: dict[Node, list[Node]] = {}  # that were followed, the one of the first path to it first
+        self._stale: set[Node] = set()  # intervals of children changed since theirs was updated
         self._waiting: dict[Node, float] = {}  # with the most that each can cost, by that path
         self._largest = -inf  # found when _waiting was last cleared of what can no longer matter
-        self._known: dict[Node, float] = {}  # of these, those at which nothing is missing
+        self._known: list[tuple[float, int, Node]] = []  # of these, those at which nothing is missing; a heap
 
     def bounds(self) -> Bounds:
         root = self._tree.root
         self._intervals[root] = self._outside.interval(root.knowledge)
         self._expand(root)
         began = self._tree.segments
-        while not self._intervals[root].spent:
+        while not self._intervals[root].spent and not self._tree.ambiguous:
             spent = self._tree.segments - began
             side = self._unsettled_side()
             limit = self._limit(spent)
@@ -121,16 +126,18 @@ class BoundSearch:
 
         Its run takes one segment, and shows how many of the others can still matter.
         """
+        while self._known and self._known[0][-1] in self._followed:
+            heappop(self._known)
         if not self._known:
             return None
-        node = max(self._known, key=lambda n: self._known[n])
+        most, _, node = self._known[0]
         largest = self._intervals[self._tree.root].largest_found(0, self._failure)
-        return node if self._known[node] > largest + NEAR_COST else None
+        return node if -most > largest + NEAR_COST else None
 
     def _expand_below(self, node: Node) -> None:
         """Expands a waiting node, and backs up along the first path to it."""
         self._expand(node)
-        while (node := self._parents[node]) is not self._tree.root:
+        while (node := self._parents[node][0]) is not self._tree.root:
             self._update_from_children(node)
         self._update_from_children(node)
 
@@ -140,7 +147,7 @@ class BoundSearch:
         node, cost, way = self._tree.root, 0.0, list[Node]()
         while node in self._followed:
             way.append(node)
-            branches = self._branches(node)
+            branches = self._branches[node]
             if not branches:
                 break
             behind, node = self._choice(branches, side, cost)
@@ -149,17 +156,15 @@ class BoundSearch:
         for passed in reversed(way):
             self._update_from_children(passed)
 
-    def _branches(self, node: Node) -> list[tuple[float, Node]]:
+    def _branches_of(self, node: Node) -> Branches:
         """The nodes after a node, each with the cost from it: by what its look shows, and by a tag that is seen in
         passing before."""
-        if not self._may_expand(node):
-            return []
         segment = self._tree.advance(node)
         options = () if segment.unobserved is None else segment.unobserved.options
         looked = [(segment.cost, self._tree.child(node, answer)) for answer in options]
         return [*looked, *self._tree.seen_in_passing(node)]
 
-    def _choice(self, branches: list[tuple[float, Node]], side: Side | None, cost: float) -> tuple[float, Node]:
+    def _choice(self, branches: Branches, side: Side | None, cost: float) -> tuple[float, Node]:
         """The branch that decides an end of the root's interval."""
         left = [(behind, node) for behind, node in branches if not self._intervals[node].spent]
         among = left or branches
@@ -175,51 +180,56 @@ class BoundSearch:
             return
         self._followed.add(node)
         self._waiting.pop(node, None)
-        self._known.pop(node, None)
         before = self._intervals[node]
         if not self._may_expand(node):
+            self._branches[node] = []
             before.spent = self._cut = True
+            self._stale.update(self._parents.get(node, ()))
             return
         unobserved = self._tree.advance(node).unobserved
         if unobserved is not None:
             looks = unobserved.walk is None
             self._is_straight = self._is_straight and not (looks and self._most.nothing_missing(unobserved.knowledge))
-        for behind, child in self._branches(node):
+        self._branches[node] = self._branches_of(node)
+        for behind, child in self._branches[node]:
+            self._parents.setdefault(child, []).append(node)
             if child not in self._intervals:
                 interval = self._outside.interval(child.knowledge, walking=child.walk is not None)
                 interval.narrow_to(before, behind=behind)
                 self._intervals[child] = interval
-                self._parents[child] = node
                 most = interval.upper(child.cost, self._failure)
                 if most > self._largest + NEAR_COST:
                     self._waiting[child] = most
                 if self._tree.traits.plans_shortest and self._most.nothing_missing(child.knowledge):
-                    self._known[child] = most
+                    heappush(self._known, (-most, len(self._intervals), child))
         if unobserved is not None and unobserved.others:
             others = self._outside.interval(unobserved.knowledge, walking=unobserved.walk is not None)
             others.narrow_to(before, behind=self._tree.advance(node).cost)
             others.spent = True
             self._others[node] = others
+        self._stale.add(node)
         self._update_from_children(node)
         after = self._intervals[node]
         if after.found_high > before.high + NEAR_COST or (after.fails and not before.may_fail):
             self._is_straight = False
 
     def _update_from_children(self, node: Node) -> None:
-        """A node's interval from those of its children, no wider than before."""
-        if not self._may_expand(node):
+        """A node's interval from those of its children, no wider than before; nothing to do where none changed."""
+        if node not in self._stale:
             return
-        segment = self._tree.advance(node)
-        below = [CostInterval.over([self._intervals[child]], behind) for behind, child in self._branches(node)]
+        self._stale.discard(node)
+        segment, before = self._tree.advance(node), self._intervals[node]
+        below = [(behind, self._intervals[child]) for behind, child in self._branches[node]]
         if segment.unobserved is None:
-            ended = CostInterval.at_end(segment.cost, done=segment.done)
-            self._intervals[node] = CostInterval.over([ended, *below], 0.0) if below else ended
-            return
-        if segment.unobserved.others:
-            below.append(CostInterval.over([self._others[node]], segment.cost))
-        interval = CostInterval.over(below, 0.0)
-        interval.narrow_to(self._intervals[node])
-        self._intervals[node] = interval
+            interval = CostInterval.over([(0.0, CostInterval.at_end(segment.cost, done=segment.done)), *below])
+        else:
+            if segment.unobserved.others:
+                below.append((segment.cost, self._others[node]))
+            interval = CostInterval.over(below)
+            interval.narrow_to(before)
+        if interval != before:
+            self._intervals[node] = interval
+            self._stale.update(self._parents.get(node, ()))
 
     def _attaining_leaf(self, side: Side) -> Leaf | None:
         """A run end with the least, or the greatest, cost found."""

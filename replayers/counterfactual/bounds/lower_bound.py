@@ -17,13 +17,14 @@ import numpy as np
 from replayers.counterfactual.bounds.travel_row import travel_row
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
-from workbench.arrays import Floats, Indices
+from workbench.arrays import Indices
 from workbench.caches import Cache
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.tolerances import ROUNDING_SHARE
 from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.travel import shortest_paths
 
 Containers = tuple[ContainerId, ...]
 
@@ -40,7 +41,7 @@ class LowerBound:
         self._evidence = evidence
         self._relevance = relevance
         self._index = {name: i for i, name in enumerate(travel.locations)}
-        self._metres = shortest_path_metres(np.asarray(travel.metres))
+        self._metres = shortest_paths(travel.metres) * (1 - ROUNDING_SHARE)
         self._handle = evidence.costs.manipulation
         self._may = frozenset(relevance.types)
         self._open = tuple(LocationId(c) for c in evidence.open)
@@ -148,11 +149,3 @@ class LowerBound:
         if count == 0 and item_type in self._relevance.must_exist and not self._relevance.hidden:
             return int(any(True for _ in self._may_hold_more(knowledge)))
         return count
-
-
-def shortest_path_metres(metres: Floats) -> Floats:
-    """All-pairs shortest path lengths in metres: at most the logged costs, and a metric (Floyd-Warshall)."""
-    found = np.array(metres, dtype=np.float64)
-    for via in range(len(found)):
-        np.minimum(found, found[:, via, None] + found[None, via, :], out=found)
-    return found * (1 - ROUNDING_SHARE)

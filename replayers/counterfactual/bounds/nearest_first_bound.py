@@ -22,10 +22,9 @@ import numpy as np
 from numba import njit
 
 from replayers.counterfactual.evidence import Evidence
-from replayers.counterfactual.relevance import Relevance
+from replayers.counterfactual.relevance import Relevance, distinct_deliveries
 from workbench.arrays import Bools, Floats, Ints
 from workbench.execution.goal_check import is_met
-from workbench.planning.tasks import AllOf, Delivered, Goal
 from workbench.tolerances import MIN_SCALE, RELATIVE
 from workbench.worlds.house import LocationId
 from workbench.worlds.knowledge import Knowledge
@@ -81,7 +80,7 @@ class NearestFirstBound:
         self._costs = evidence.costs
         self._open = frozenset(evidence.open)
         self._shown = {c: frozenset(item.type for item in items) for c, items in evidence.contents.items()}
-        self._parts = _deliveries(evidence.task.goal)
+        self._parts = distinct_deliveries(evidence.task.goal)
         refused = evidence.refused_moves or evidence.refused_picks or evidence.refused_searches
         self._applies = bool(self._parts) and not refused and not evidence.misses and evidence.passing is None
         seen = evidence.seen_types()
@@ -129,13 +128,6 @@ class NearestFirstBound:
                 handle=float(self._costs.manipulation),
             )
         )
-
-
-def _deliveries(goal: Goal) -> tuple[Delivered, ...]:
-    """The parts of a goal that is met by delivering one item of each of different types; empty for other goals."""
-    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
-    plain = tuple(part for part in parts if isinstance(part, Delivered) and not part.properties)
-    return plain if len({part.item_type for part in plain}) == len(parts) else ()
 
 
 @njit(cache=True, nogil=True)

@@ -6,12 +6,13 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import final
 
+from replayers.counterfactual.decisions.needed_items import NeededItems
 from replayers.counterfactual.relevance import Relevance
 from workbench.caches import Cache
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.worlds.house import ItemType
-from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.knowledge import Knowledge, Places
 
 MAX_CACHED_DECISIONS = 50_000
 
@@ -26,11 +27,13 @@ class StateKey:
         relevance: which types still matter.
         static_beliefs: whether beliefs depend on names alone, or are not used.
         misses_left: where looks may have missed, how many items may still be overlooked.
+        needed: of items that still matter, which distinguish states; None where all do.
     """
 
     relevance: Relevance
     static_beliefs: bool
     misses_left: Callable[[Knowledge], int] | None = None
+    needed: NeededItems | None = None
 
     def __call__(self, knowledge: Knowledge) -> Hashable:
         live = self.relevance.live_and_shown(knowledge)
@@ -39,13 +42,16 @@ class StateKey:
             live,
             knowledge.robot_at,
             held,
-            tuple([(at, item.id) for t in live for at, item in knowledge.where(t)]),
+            tuple([(at, item.id) for t in live for at, item in self._where(t, knowledge)]),
             knowledge.unsearched,
             knowledge.facts,
             knowledge.closed,
             () if self.static_beliefs else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
             self.misses_left(knowledge) if self.misses_left is not None else 0,
         )
+
+    def _where(self, item_type: ItemType, knowledge: Knowledge) -> Places:
+        return knowledge.where(item_type) if self.needed is None else self.needed.of(item_type, knowledge)
 
 
 @final
@@ -54,13 +60,15 @@ class MemoizedStrategy:
 
     Attributes:
         asked: the view of the last decision.
+        ambiguous: in some state several plans were equally good, so that what the key leaves out may have decided.
     """
 
-    def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
+    def __init__(self, strategy: Strategy, key: StateKey) -> None:
         self._strategy = strategy
         self._key = key
         self._made: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
         self.asked: View | None = None
+        self.ambiguous = False
 
     @property
     def name(self) -> str:
@@ -71,4 +79,10 @@ class MemoizedStrategy:
 
     def decide(self, view: View) -> Decision:
         self.asked = view
-        return self._made.get(self._key(view.knowledge), lambda: self._strategy.decide(view))
+        return self._made.get(self._key(view.knowledge), lambda: self._decide(view))
+
+    def _decide(self, view: View) -> Decision:
+        needed = self._key.needed
+        if needed is not None and not self.ambiguous:
+            self.ambiguous = not needed.one_plan_is_best(view.knowledge)
+        return self._strategy.decide(view)

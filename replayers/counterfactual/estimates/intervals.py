@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 
@@ -64,18 +65,17 @@ class CostInterval:
         return cls(inf, -inf, may_fail=True, fails=True, whole=True, spent=True)
 
     @classmethod
-    def over(cls, below: list[CostInterval], cost: float) -> CostInterval:
-        """The interval of a node from those of its children; cost is that of the way to them."""
-        return cls(
-            low=cost + min(b.low for b in below),
-            high=cost + max(b.high for b in below),
-            may_fail=any(b.may_fail for b in below),
-            found_low=cost + min(b.found_low for b in below),
-            found_high=cost + max(b.found_high for b in below),
-            fails=any(b.fails for b in below),
-            whole=all(b.whole for b in below),
-            spent=all(b.spent for b in below),
-        )
+    def over(cls, below: Sequence[tuple[float, CostInterval]]) -> CostInterval:
+        """The interval of a node from those of its children, each with the cost of the way to it."""
+        low, high, found_low, found_high = inf, -inf, inf, -inf
+        may_fail, fails, whole, spent = False, False, True, True
+        for behind, child in below:
+            low, high = min(low, behind + child.low), max(high, behind + child.high)
+            found_low = min(found_low, behind + child.found_low)
+            found_high = max(found_high, behind + child.found_high)
+            may_fail, fails = may_fail or child.may_fail, fails or child.fails
+            whole, spent = whole and child.whole, spent and child.spent
+        return cls(low, high, may_fail, found_low, found_high, fails, whole, spent)
 
 
 def finite(cost: float) -> float | None:

@@ -1,0 +1,139 @@
+"""Which known items a strategy may still fetch; one that is the nearest of its type from nowhere is not among them.
+
+A task that needs one cup leaves all others where they are. A strategy whose plans go by distance alone takes the one
+that costs least on the way from where it stands to where the cup is wanted. It decides only after looks: where it is
+now and, as long as something is missing, at containers that are left; between errands it is where the goal wants
+things. A cup that is the nearest from none of these places is never fetched, and no plan goes by it. So states that
+differ in such cups alone go on alike, and there are far fewer others: how many containers hold a second cup no longer
+multiplies them.
+
+One thing such cups can change: which of several plans of equal cost is found first. Whether plans are equal does not
+depend on them, and few are. Where some are, the runs are followed once more with all items told apart
+(RunTree.with_all_items).
+"""
+
+from __future__ import annotations
+
+from itertools import permutations
+from typing import final
+
+import numpy as np
+
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.relevance import distinct_deliveries
+from workbench.arrays import Bools, Floats
+from workbench.execution.goal_check import is_met
+from workbench.planning.tasks import Delivered
+from workbench.search.policies.nearest_first import NearestFirst
+from workbench.search.policy import SearchPolicy
+from workbench.tolerances import NEAR_COST, TINY
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge, Places
+from workbench.worlds.travel import shortest_paths
+
+MAX_PARTS = 5
+"""With more parts of the goal, there are too many orders in which they can be brought."""
+
+
+def needed_items(evidence: Evidence, policy: SearchPolicy | None) -> NeededItems | None:
+    """Which items are needed over a log; None where another than the nearest may be fetched: where actions were
+    refused, looks may miss, things come into view on the way, or ways through a third place are shorter.
+
+    Args:
+        policy: by which the strategy looks, where its plans go by distance alone.
+    """
+    refused = evidence.refused_searches or evidence.refused_moves or evidence.refused_picks or evidence.left
+    seen = evidence.misses or evidence.passing is not None or evidence.tags is not None
+    parts = distinct_deliveries(evidence.task.goal)
+    if policy is None or refused or seen or not 0 < len(parts) <= MAX_PARTS:
+        return None
+    metres = evidence.place.travel.metres
+    if float((metres - shortest_paths(metres)).max(initial=0.0)) > TINY or evidence.costs.manipulation <= NEAR_COST:
+        return None
+    index = {name: i for i, name in enumerate(evidence.place.travel.locations)}
+    if any(part.at not in index for part in parts):
+        return None
+    return NeededItems(parts, metres, index, any_first=isinstance(policy, NearestFirst))
+
+
+@final
+class NeededItems:
+    """The needed items for one log and one task: deliveries of different types, as they are.
+
+    Args:
+        any_first: where the strategy looks does not depend on what it seeks.
+    """
+
+    def __init__(
+        self, parts: tuple[Delivered, ...], metres: Floats, index: dict[LocationId, int], *, any_first: bool
+    ) -> None:
+        self._parts = parts
+        self._index = index
+        self._any_first = any_first
+        self._ends = [index[part.at] for part in parts]
+        self._ways = {part.item_type: metres + metres[:, index[part.at]] for part in parts}
+        self._left: tuple[ContainerId, ...] = ()
+        self._places_left: list[int] = []
+
+    def of(self, item_type: ItemType, knowledge: Knowledge) -> Places:
+        """The known instances of a type that may still be fetched, and those that cannot be reached."""
+        known = knowledge.where(item_type)
+        if len(known) < 2 or knowledge.holding is not None or item_type not in self._ways:
+            return known
+        here, at = self._index.get(knowledge.robot_at), [self._index.get(place, -1) for place, _ in known]
+        if here is None or min(at) < 0:
+            return known
+        begin = [here, *self._ends]
+        if self._some_missing(knowledge):
+            begin += self._where_left(knowledge)
+        needed = _least_for_some(self._ways[item_type][np.ix_(begin, at)])
+        return tuple([place for place, is_needed in zip(known, needed.tolist(), strict=True) if is_needed])
+
+    def one_plan_is_best(self, knowledge: Knowledge) -> bool:
+        """Whether all plans of least cost do the same until they see something new, or to their ends."""
+        left = [p for p, part in enumerate(self._parts) if not is_met(part, knowledge)]
+        looks = self._where_left(knowledge)
+        missing = [not knowledge.where(self._parts[p].item_type) for p in left]
+        here = self._index.get(knowledge.robot_at)
+        if len(left) < 2 or not looks or not any(missing) or knowledge.holding is not None:
+            return True
+        if here is None:
+            return False
+        begin = [here, *(self._ends[p] for p in left)]
+        legs = np.empty((len(begin), len(left)))
+        for i, p in enumerate(left):
+            item_type = self._parts[p].item_type
+            by = (
+                looks
+                if missing[i]
+                else [self._index[at] for at, _ in knowledge.where(item_type) if at in self._index]
+            )
+            legs[:, i] = self._ways[item_type][np.ix_(begin, by)].min(axis=1, initial=np.inf)
+        costs = self._costs_by_beginning(legs.tolist(), missing)
+        return len(costs) < 2 or costs[1] - costs[0] > NEAR_COST * max(1.0, costs[0])
+
+    def _costs_by_beginning(self, legs: list[list[float]], missing: list[bool]) -> list[float]:
+        """The least cost of the plans that begin alike, up to the first look, in ascending order."""
+        least: dict[tuple[int, ...], float] = {}
+        for order in permutations(range(len(missing))):
+            first = next(k for k, i in enumerate(order) if missing[i])
+            begins = order[:first] if self._any_first else order[: first + 1]
+            cost = sum(legs[0 if k == 0 else order[k - 1] + 1][i] for k, i in enumerate(order))
+            least[begins] = min(cost, least.get(begins, np.inf))
+        return sorted(least.values())
+
+    def _some_missing(self, knowledge: Knowledge) -> bool:
+        return any(not knowledge.where(part.item_type) for part in self._parts)
+
+    def _where_left(self, knowledge: Knowledge) -> list[int]:
+        """The location indices of the containers that are left; most states that follow one another share them."""
+        if knowledge.unsearched != self._left:
+            self._left = knowledge.unsearched
+            self._places_left = [self._index[LocationId(c)] for c in self._left]
+        return self._places_left
+
+
+def _least_for_some(ways: Floats) -> Bools:
+    """Which of several costs (columns) is within a tolerance of the least from some place (rows)."""
+    least = ways.min(axis=1, keepdims=True)
+    return (ways <= least + NEAR_COST * np.maximum(1.0, least)).any(axis=0)
