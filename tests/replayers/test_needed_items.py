@@ -42,7 +42,7 @@ def prepared() -> PreparedLog:
 
 
 def with_radii(evidence: Evidence, **radii: float) -> Evidence:
-    """The evidence in a place where every way leads through one hub."""
+    """The evidence in a place where every path leads through one hub."""
     by = {START: 1.0, FRIDGE: 2.0, COUNTER: 3.0, TABLE: 4.0, BED: 5.0, DESK: 6.0} | radii
     names = evidence.place.travel.locations
     metres = np.array([[0.0 if a == b else by[a] + by[b] for b in names] for a in names])
@@ -60,7 +60,7 @@ def knowing(evidence: Evidence, **contents: str) -> Knowledge:
     return known
 
 
-def way(evidence: Evidence, *places: str) -> float:
+def metres_along(evidence: Evidence, *places: str) -> float:
     metres = (evidence.place.travel.between(LocationId(a), LocationId(b)) for a, b in pairwise(places))
     return sum(length or 0.0 for length in metres)
 
@@ -76,7 +76,7 @@ def containers_of(items: NeededItems, item_type: ItemType, known: Knowledge) -> 
 
 
 def test_by_hand_the_mug_that_is_nowhere_the_nearest_is_not_needed(tmp_path: Path) -> None:
-    """Every way leads through the hub: the mug on the counter (3 m from it) is nearer than that in the bed (5 m),
+    """Every path leads through the hub: the mug on the counter (3 m from it) is nearer than that in the bed (5 m),
     except for a robot that stands at the bed. Pencils are missing, the table and the desk are left."""
     evidence = with_radii(toy_evidence(tmp_path, TWO))
     items, known = needed_in(evidence), knowing(evidence, counter="Mug|1", bed="Mug|2")
@@ -90,7 +90,7 @@ def test_by_hand_while_something_is_missing_the_places_that_are_left_count(tmp_p
     evidence = toy_evidence(tmp_path, TWO)
     items = needed_in(evidence)
     known = knowing(evidence, counter="Mug|1", bed="Mug|2")
-    by_bed, by_counter = (way(evidence, DESK, at, START) for at in (BED, COUNTER))
+    by_bed, by_counter = (metres_along(evidence, DESK, at, START) for at in (BED, COUNTER))
     assert by_bed <= by_counter
     assert containers_of(items, MUG, known) == sorted([BED, COUNTER])
     assert containers_of(items, MUG, known.seen(TABLE, (item("Pencil|1"),))) == [COUNTER]
@@ -108,7 +108,7 @@ def test_plans_of_equal_cost_that_begin_otherwise_are_told(tmp_path: Path) -> No
     assert needed_in(evidence).one_plan_is_best(known)
 
 
-def test_where_a_third_place_shortens_ways_all_items_are_needed(tmp_path: Path) -> None:
+def test_where_a_third_place_shortens_a_path_all_items_are_needed(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, TWO)
     assert needed_items(evidence, NearestFirst()) is not None
     assert needed_items(evidence, None) is None

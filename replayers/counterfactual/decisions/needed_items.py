@@ -1,7 +1,7 @@
 """Which known items a strategy may still fetch; one that is the nearest of its type from nowhere is not among them.
 
 A task that needs one cup leaves all others where they are. A strategy whose plans go by distance alone takes the one
-that costs least on the way from where it stands to where the cup is wanted. It decides only after looks: where it is
+that costs least on the path from where it stands to where the cup is wanted. It decides only after looks: where it is
 now and, as long as something is missing, at containers that are left; between errands it is where the goal wants
 things. A cup that is the nearest from none of these places is never fetched, and no plan goes by it. So states that
 differ in such cups alone go on alike, and there are far fewer others: how many containers hold a second cup no longer
@@ -37,7 +37,7 @@ MAX_PARTS = 5
 
 def needed_items(evidence: Evidence, policy: SearchPolicy | None) -> NeededItems | None:
     """Which items are needed over a log; None where another than the nearest may be fetched: where actions were
-    refused, looks may miss, things come into view on the way, or ways through a third place are shorter.
+    refused, looks may miss, things come into view on the way, or a path through a third place is shorter.
 
     Args:
         policy: by which the strategy looks, where its plans go by distance alone.
@@ -71,14 +71,14 @@ class NeededItems:
         self._index = index
         self._any_first = any_first
         self._ends = [index[part.at] for part in parts]
-        self._ways = {part.item_type: metres + metres[:, index[part.at]] for part in parts}
+        self._errands = {part.item_type: metres + metres[:, index[part.at]] for part in parts}
         self._left: tuple[ContainerId, ...] = ()
         self._places_left: list[int] = []
 
     def of(self, item_type: ItemType, knowledge: Knowledge) -> Places:
         """The known instances of a type that may still be fetched, and those that cannot be reached."""
         known = knowledge.where(item_type)
-        if len(known) < 2 or knowledge.holding is not None or item_type not in self._ways:
+        if len(known) < 2 or knowledge.holding is not None or item_type not in self._errands:
             return known
         here, at = self._index.get(knowledge.robot_at), [self._index.get(place, -1) for place, _ in known]
         if here is None or min(at) < 0:
@@ -86,7 +86,7 @@ class NeededItems:
         begin = [here, *self._ends]
         if self._some_missing(knowledge):
             begin += self._where_left(knowledge)
-        needed = _least_for_some(self._ways[item_type][np.ix_(begin, at)])
+        needed = _least_for_some(self._errands[item_type][np.ix_(begin, at)])
         return tuple([place for place, is_needed in zip(known, needed.tolist(), strict=True) if is_needed])
 
     def one_plan_is_best(self, knowledge: Knowledge) -> bool:
@@ -108,7 +108,7 @@ class NeededItems:
                 if missing[i]
                 else [self._index[at] for at, _ in knowledge.where(item_type) if at in self._index]
             )
-            legs[:, i] = self._ways[item_type][np.ix_(begin, by)].min(axis=1, initial=np.inf)
+            legs[:, i] = self._errands[item_type][np.ix_(begin, by)].min(axis=1, initial=np.inf)
         costs = self._costs_by_beginning(legs.tolist(), missing)
         return len(costs) < 2 or costs[1] - costs[0] > NEAR_COST * max(1.0, costs[0])
 
@@ -133,7 +133,7 @@ class NeededItems:
         return self._places_left
 
 
-def _least_for_some(ways: Floats) -> Bools:
+def _least_for_some(costs: Floats) -> Bools:
     """Which of several costs (columns) is within a tolerance of the least from some place (rows)."""
-    least = ways.min(axis=1, keepdims=True)
-    return (ways <= least + NEAR_COST * np.maximum(1.0, least)).any(axis=0)
+    least = costs.min(axis=1, keepdims=True)
+    return (costs <= least + NEAR_COST * np.maximum(1.0, least)).any(axis=0)
