@@ -3,13 +3,14 @@
 A task that needs one cup leaves all others where they are. A strategy whose plans go by distance alone takes the one
 that costs least on the path from where it stands to where the cup is wanted. It decides only after looks: where it is
 now and, as long as something is missing, at containers that are left; between errands it is where the goal wants
-things. A cup that is the nearest from none of these places is never fetched, and no plan goes by it. So states that
-differ in such cups alone go on alike, and there are far fewer others: how many containers hold a second cup no longer
-multiplies them.
+things, unless it puts something down on the way. A cup that is the nearest from none of these places is never
+fetched, and no plan goes by it. So states that differ in such cups alone go on alike, and there are far fewer others:
+how many containers hold a second cup no longer multiplies them.
 
-One thing such cups can change: which of several plans of equal cost is found first. Whether plans are equal does not
-depend on them, and few are. Where some are, the runs are followed once more with all items told apart
-(RunTree.with_all_items).
+Two things such cups can change: which of several plans of equal cost is found first, and plans that put something
+down on the way (put_down.py). Whether plans are equal, and a lower bound for the others, do not depend on the
+cups. Where some are equal, or where it may be worth while to put something down, the runs are followed once more with
+all items told apart (RunTree.with_all_items).
 """
 
 from __future__ import annotations
@@ -48,12 +49,14 @@ def needed_items(evidence: Evidence, policy: SearchPolicy | None) -> NeededItems
     if policy is None or refused or seen or not 0 < len(parts) <= MAX_PARTS:
         return None
     metres = evidence.place.travel.metres
-    if float((metres - shortest_paths(metres)).max(initial=0.0)) > TINY or evidence.costs.manipulation <= NEAR_COST:
+    is_metric = all(np.allclose(metres, other, rtol=0, atol=TINY) for other in (shortest_paths(metres), metres.T))
+    if not is_metric or evidence.costs.manipulation <= NEAR_COST:
         return None
     index = {name: i for i, name in enumerate(evidence.place.travel.locations)}
     if any(part.at not in index for part in parts):
         return None
-    return NeededItems(parts, metres, index, any_first=isinstance(policy, NearestFirst))
+    handle = evidence.costs.manipulation
+    return NeededItems(parts, metres, index, handle, any_first=isinstance(policy, NearestFirst))
 
 
 @final
@@ -65,10 +68,18 @@ class NeededItems:
     """
 
     def __init__(
-        self, parts: tuple[Delivered, ...], metres: Floats, index: dict[LocationId, int], *, any_first: bool
+        self,
+        parts: tuple[Delivered, ...],
+        metres: Floats,
+        index: dict[LocationId, int],
+        manipulation: float,
+        *,
+        any_first: bool,
     ) -> None:
         self._parts = parts
+        self._metres = metres
         self._index = index
+        self._manipulation = manipulation
         self._any_first = any_first
         self._ends = [index[part.at] for part in parts]
         self._errands = {part.item_type: metres + metres[:, index[part.at]] for part in parts}
@@ -90,12 +101,13 @@ class NeededItems:
         return tuple([place for place, is_needed in zip(known, needed.tolist(), strict=True) if is_needed])
 
     def one_plan_is_best(self, knowledge: Knowledge) -> bool:
-        """Whether all plans of least cost do the same until they see something new, or to their ends."""
+        """Whether all plans of least cost do the same until they see something new, or to their ends, and none that
+        puts something down on the way is cheaper, whichever items are known that are not needed."""
         left = [p for p, part in enumerate(self._parts) if not is_met(part, knowledge)]
         looks = self._where_left(knowledge)
         missing = [not knowledge.where(self._parts[p].item_type) for p in left]
         here = self._index.get(knowledge.robot_at)
-        if len(left) < 2 or not looks or not any(missing) or knowledge.holding is not None:
+        if len(left) < 2 or knowledge.holding is not None or (any(missing) and not looks):
             return True
         if here is None:
             return False
@@ -110,13 +122,22 @@ class NeededItems:
             )
             legs[:, i] = self._errands[item_type][np.ix_(begin, by)].min(axis=1, initial=np.inf)
         costs = self._costs_by_beginning(legs.tolist(), missing)
-        return len(costs) < 2 or costs[1] - costs[0] > NEAR_COST * max(1.0, costs[0])
+        if self._may_put_down(begin, legs, costs[0]):
+            return False
+        return not any(missing) or len(costs) < 2 or costs[1] - costs[0] > NEAR_COST * max(1.0, costs[0])
+
+    def _may_put_down(self, begin: list[int], legs: Floats, straight: float) -> bool:
+        """Whether a plan that puts something down on the way may be cheaper than a straight one."""
+        from replayers.counterfactual.decisions.put_down import may_put_down
+
+        places = np.array(begin)
+        return may_put_down(self._metres, legs, places, manipulation=self._manipulation, straight=straight)
 
     def _costs_by_beginning(self, legs: list[list[float]], missing: list[bool]) -> list[float]:
         """The least cost of the plans that begin alike, up to the first look, in ascending order."""
         least: dict[tuple[int, ...], float] = {}
         for order in permutations(range(len(missing))):
-            first = next(k for k, i in enumerate(order) if missing[i])
+            first = next((k for k, i in enumerate(order) if missing[i]), len(order))
             begins = order[:first] if self._any_first else order[: first + 1]
             cost = sum(legs[0 if k == 0 else order[k - 1] + 1][i] for k, i in enumerate(order))
             least[begins] = min(cost, least.get(begins, np.inf))

@@ -1,0 +1,225 @@
+"""Whether a plan that puts something down on the way can be cheaper, whichever items are known; compiled with numba.
+
+Such a plan fetches an item, puts it down somewhere, does something else, and comes back for it: two manipulations
+more each time. It can begin an errand anywhere, and there an item may be the nearest that is the nearest from nowhere
+else. By the triangle inequality no item is nearer from a place than from another less the distance between them. So
+the distances from where other plans begin their errands bound those from everywhere. With these bounds, all plans
+that put something down once or twice are compared, and the others are searched.
+"""
+
+# pyright: reportMissingTypeStubs=false, reportUntypedFunctionDecorator=false
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import pairwise, permutations, product
+
+import numpy as np
+from numba import njit
+
+from workbench.arrays import Floats, Indices, Ints
+
+MAX_ITEMS = 3
+"""With more items there are too many such plans."""
+
+MAX_STATES, MAX_WAITING = 2_000, 2_000
+"""Where a search would have to look at more states, or keep more, a plan may be cheaper."""
+
+WANTED = -1
+"""In place of the number of a place to put something down: where the item is wanted."""
+UNFETCHED, DELIVERED = -1, -2
+"""In place of the place where an item was put down."""
+
+
+def may_put_down(metres: Floats, ways: Floats, begin: Indices, *, manipulation: float, straight: float) -> bool:
+    """Whether a plan that puts something down on the way may be cheaper than all straight ones.
+
+    Args:
+        metres: between all places, shape (places, places); a symmetric metric.
+        ways: the least metres to an item and on to where it is wanted, from where the robot is and from where each of
+            the items is wanted; shape (items + 1, items).
+        begin: these places, shape (items + 1,).
+        manipulation: the cost of a pick or a place.
+        straight: what the cheapest straight plan costs without its picks and places.
+    """
+    items, again = ways.shape[1], 2 * manipulation
+    if items > MAX_ITEMS:
+        return True
+    ends = begin[1:]
+    errands = np.maximum((ways.T[:, :, None] - metres[begin][None]).max(axis=1), metres[ends])
+    errands[:, begin] = ways.T
+    if _is_cheaper(metres, errands, begin, *_errands(items, 1), straight - again):
+        return True
+    here, at = int(begin[0]), np.full(items, UNFETCHED)
+    visits = (*_visits(1), *_visits(2), *_visits(3))
+    least = _least_metres(here, at, metres, errands, ends, visits)
+    if least + 2 * again >= straight:
+        return False
+    if _is_cheaper(metres, errands, begin, *_errands(items, 2), straight - 2 * again):
+        return True
+    return least + 3 * again < straight and _may_be_cheaper(metres, errands, begin, again, straight, visits)
+
+
+@lru_cache(maxsize=2 * MAX_ITEMS)
+def _errands(items: int, times: int) -> tuple[Indices, Indices]:
+    """All plans that put something down so many times: the item of each errand, and the number of the place where it
+    ends up; both of shape (plans, items + times). None fetches the same item twice running."""
+    plans = list(_plans(items, times))
+    of, to = ([[part[k] for part in plan] for plan in plans] for k in (0, 1))
+    return np.array(of, dtype=np.intp), np.array(to, dtype=np.intp)
+
+
+def _plans(items: int, times: int) -> Iterator[tuple[tuple[int, int], ...]]:
+    for put_down in product(range(items), repeat=times):
+        if list(put_down) != sorted(put_down):
+            continue
+        stages = {item: [k for k, one in enumerate(put_down) if one == item] for item in range(items)}
+        errands = [item for item in range(items) for _ in range(len(stages[item]) + 1)]
+        for order in sorted(set(permutations(errands))):
+            if any(a == b for a, b in pairwise(order)):
+                continue
+            left = {item: iter((*stages[item], WANTED)) for item in range(items)}
+            yield tuple((item, next(left[item])) for item in order)
+
+
+@lru_cache(maxsize=MAX_ITEMS)
+def _visits(items: int) -> tuple[Indices, Indices]:
+    """Orders in which the places are visited where things are wanted, shape (orders, items); and in which stretch of
+    such a walk each of them, in that order, is picked up: not after its place, shape (choices, items)."""
+    picked = list(product(*(range(i + 1) for i in range(items))))
+    return np.array(list(permutations(range(items))), dtype=np.intp), np.array(picked, dtype=np.intp)
+
+
+@njit(cache=True, nogil=True)
+def _is_cheaper(metres: Floats, errands: Floats, begin: Indices, of: Indices, to: Indices, limit: float) -> bool:
+    """Whether a plan of certain errands takes fewer metres than a limit, with things put down anywhere.
+
+    Args:
+        errands: lower bounds on the metres from each place to an item and on to where it is wanted, shape (items,
+            places).
+        of, to: as of _errands.
+    """
+    items, places = errands.shape
+    stages = of.shape[1] - items
+    stood = np.empty(items, np.int64)
+    there = np.empty(stages, np.int64)
+    for number in range(places**stages):
+        rest = number
+        for stage in range(stages):
+            there[stage] = rest % places
+            rest //= places
+        for plan in range(len(of)):
+            cost, at = 0.0, begin[0]
+            stood[:] = -1
+            for errand in range(of.shape[1]):
+                item, stage = of[plan, errand], to[plan, errand]
+                end = begin[item + 1] if stage < 0 else there[stage]
+                if stood[item] >= 0:
+                    cost += metres[at, stood[item]] + metres[stood[item], end]
+                else:
+                    cost += max(metres[at, end], errands[item, at] - metres[end, begin[item + 1]])
+                if cost >= limit:
+                    break
+                stood[item] = end
+                at = end
+            if cost < limit:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _least_metres(
+    here: int, at: Ints, metres: Floats, errands: Floats, ends: Indices, visits: tuple[Indices, ...]
+) -> float:
+    """A lower bound on the metres to bring all items that are left: those of a robot that carries any number.
+
+    Args:
+        at: where each item was put down, or UNFETCHED, or DELIVERED.
+        visits: of _visits, for one item, two and three.
+    """
+    left = np.flatnonzero(at != DELIVERED)
+    count = len(left)
+    orders = visits[0] if count == 1 else visits[2] if count == 2 else visits[4]
+    picked = visits[1] if count == 1 else visits[3] if count == 2 else visits[5]
+    best = np.inf
+    for order in orders:
+        for stretches in picked:
+            total, begin = 0.0, here
+            for stretch in range(count):
+                end = ends[left[order[stretch]]]
+                least = metres[begin, end]
+                for other in range(stretch, count):
+                    if stretches[other] == stretch:
+                        item = left[order[other]]
+                        way = _way(begin, item, at, metres, errands, ends)
+                        least = max(least, way - metres[ends[item], end])
+                total += least
+                begin = end
+            best = min(best, total)
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _way(begin: int, item: int, at: Ints, metres: Floats, errands: Floats, ends: Indices) -> float:
+    """A lower bound on the metres from a place to an item and on to where it is wanted."""
+    if at[item] == UNFETCHED:
+        return errands[item, begin]
+    return metres[begin, at[item]] + metres[at[item], ends[item]]
+
+
+@njit(cache=True, nogil=True)
+def _may_be_cheaper(
+    metres: Floats, errands: Floats, begin: Indices, again: float, straight: float, visits: tuple[Indices, ...]
+) -> bool:
+    """Whether a plan that puts something down three times or more may be cheaper, by a depth-first search."""
+    items, places = errands.shape
+    ends = begin[1:]
+    at, now = np.full((MAX_WAITING, items), UNFETCHED), np.empty(items, np.int64)
+    robot, spent = np.full(MAX_WAITING, begin[0]), np.zeros(MAX_WAITING)
+    last, owed = np.full(MAX_WAITING, -1), np.full(MAX_WAITING, 3)
+    waiting, seen = 1, 0
+    while waiting:
+        waiting -= 1
+        seen += 1
+        if seen > MAX_STATES:
+            return True
+        now[:] = at[waiting]
+        here, cost, before, must = robot[waiting], spent[waiting], last[waiting], owed[waiting]
+        for item in range(items):
+            was = now[item]
+            if was == DELIVERED or item == before:
+                continue
+            for place in range(-1, places):
+                end = ends[item] if place < 0 else place
+                if place in (was, ends[item]):
+                    continue
+                if was == UNFETCHED:
+                    leg = max(metres[here, end], errands[item, here] - metres[end, ends[item]])
+                else:
+                    leg = metres[here, was] + metres[was, end]
+                now[item] = DELIVERED if place < 0 else place
+                spend = cost + leg + (0.0 if place < 0 else again)
+                still = must if place < 0 else max(must - 1, 0)
+                least = spend + still * again
+                if np.all(now == DELIVERED):
+                    if still == 0 and least < straight:
+                        return True
+                    now[item] = was
+                    continue
+                farthest = 0.0
+                for other in range(items):
+                    if now[other] != DELIVERED:
+                        farthest = max(farthest, _way(end, other, now, metres, errands, ends))
+                left = farthest
+                if least + left < straight:
+                    left = _least_metres(end, now, metres, errands, ends, visits)
+                if least + left < straight:
+                    if waiting == MAX_WAITING:
+                        return True
+                    at[waiting] = now
+                    robot[waiting], spent[waiting] = end, spend
+                    last[waiting], owed[waiting] = -1 if place < 0 else item, still
+                    waiting += 1
+                now[item] = was
+    return False
