@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from mcap.reader import make_reader
 
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.software import SoftwareVersion
-from recorders.spot.client.time_source import RobotClock, RunningClock, SteppedClock
+from recorders.spot.client.time_source import RobotClock, SteppedClock
 from recorders.spot.run.run import RobotRun
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.site_tasks import delivery_of, site_task
@@ -27,9 +28,14 @@ FEW = Rates(state_hz=1.0, localization_hz=1.0, fiducials_hz=1.0, images_hz=0.05,
 """Enough of everything, quickly."""
 
 
+@cache
+def home() -> Site:
+    return load_site("paper_home")
+
+
+@cache
 def placed(configuration: str = "A") -> tuple[Site, House]:
-    home = load_site("paper_home")
-    return site_and_house(home, pick_configuration(home, configuration))
+    return site_and_house(home(), pick_configuration(home(), configuration))
 
 
 @contextmanager
@@ -58,16 +64,16 @@ def robot(
 
 
 def run_of(spot: SimulatedSpot, strategy: str = "conditioned-lios", **settings: Any) -> RobotRun:
-    """A run with settings that suit the robot's clock: in real time, a busy computer must not stop the robot."""
+    """A run whose commands hold for long: in real time, a busy computer must not stop the robot, and in stepped time
+    each that is renewed costs calls."""
     site = spot.state.site
-    patient = {"stop_within_m": 2.0} if isinstance(spot.state.clock, RunningClock) else {}
     return RobotRun(
         site=site,
-        task=site_task(delivery_of(load_site("paper_home")), site),
+        task=site_task(delivery_of(home()), site),
         strategy=strategy,
         estimator="counts",
         rates=FEW,
-        settings=RunSettings(**{"poll_s": 0.5, "furniture_open": True, **patient, **settings}),
+        settings=RunSettings(**{"poll_s": 0.5, "stop_within_m": 2.0, "furniture_open": True, **settings}),
         truth=spot.state.house.contents,
         own_estop=True,
     )

@@ -39,7 +39,7 @@ def _at_an_item(
         site, house = placed()
         shut = {entry.id for entry in site.file.containers if entry.closed}
         place = next(name for name, items in house.contents.items() if items and name not in shut)
-        chosen = RunSettings(**{"poll_s": 0.5, "look_s": 1.0, **settings})
+        chosen = RunSettings(**{"poll_s": 0.5, "look_s": 1.0, "stop_within_m": 2.0, **settings})
         world = SpotWorld(connection=connection, control=control, site=site, settings=chosen)
         assert isinstance(world.go_to(LocationId(place)), ActionDone)
         yield spot, connection, world, house.contents[place][0].id

@@ -27,6 +27,7 @@ FISHEYE = Lens(
 BARREL = Lens(
     fx=330.0, fy=330.0, cx=319.5, cy=239.5, model=LensModel.BROWN_CONRADY, coefficients=(-0.2, 0.05, 0, 0, 0)
 )
+GROUND = 120
 FACING = Quat.from_matrix(np.diag([1.0, -1.0, -1.0]))
 """An upright tag straight ahead: x to the right, y up, z towards the camera."""
 
@@ -43,26 +44,36 @@ def pixel_rays(lens: Lens, u: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 
 def picture_of(number: int, size_m: float, pose: SE3Pose, lens: Lens = PINHOLE, family: str = "36h11") -> Uints8:
-    """A picture of 640 by 480 of one tag on grey ground, four by four rays a pixel."""
+    """A picture of 640 by 480 of one tag on grey ground: where a first picture of every other pixel shows the tag,
+    four by four rays a pixel."""
     if family == "alvar":
         upright = np.pad(alvar_code(number) * 255, 2)
     else:
         known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_APRILTAG_{family}"))
         upright = np.rot90(cv2.aruco.generateImageMarker(known, number, known.markerSize + 2), 2)
-    across = len(upright)
-    bits = np.pad(upright, 1, constant_values=255)
+    bits, size_m = np.pad(upright, 1, constant_values=255), size_m * (len(upright) + 2) / len(upright)
+    first = _greys(bits, size_m, pose, pixel_rays(lens, *np.meshgrid(np.arange(0.0, 640, 2), np.arange(0.0, 480, 2))))
+    rows, columns = np.nonzero(first != GROUND)
+    top, left = np.maximum(2 * np.array([rows.min(), columns.min()]) - 3, 0)
+    bottom, right = np.minimum(2 * np.array([rows.max(), columns.max()]) + 4, (480, 640))
     fine = (np.arange(4) + 0.5) / 4 - 0.5
-    u, v = np.meshgrid((np.arange(640)[:, None] + fine).ravel(), (np.arange(480)[:, None] + fine).ravel())
-    x, y = pixel_rays(lens, u, v)
+    u, v = ((np.arange(low, high)[:, None] + fine).ravel() for low, high in ((left, right), (top, bottom)))
+    greys = _greys(bits, size_m, pose, pixel_rays(lens, *np.meshgrid(u, v)))
+    picture = np.full((480, 640), GROUND, dtype=np.uint8)
+    picture[top:bottom, left:right] = greys.reshape(bottom - top, 4, right - left, 4).mean(axis=(1, 3)).round()
+    return picture
+
+
+def _greys(bits: Uints8, size_m: float, pose: SE3Pose, rays: tuple[Floats, Floats]) -> Floats:
+    """The grey value that each ray meets on the plane of a tag with its white border, which is so large."""
     rotation = pose.rot.to_matrix()
     plane = np.linalg.inv(np.column_stack([rotation[:, 0], rotation[:, 1], [pose.x, pose.y, pose.z]]))
-    along, up, scale = np.tensordot(plane, np.stack([x, y, np.ones_like(x)]), axes=1)
-    module, half = size_m / across, size_m / 2 * (across + 2) / across
+    along, up, scale = np.tensordot(plane, np.stack([*rays, np.ones_like(rays[0])]), axes=1)
+    module, half = size_m / len(bits), size_m / 2
     column = np.floor((along / scale + half) / module).astype(int)
     row = np.floor((half - up / scale) / module).astype(int)
     inside = (row >= 0) & (row < len(bits)) & (column >= 0) & (column < len(bits))
-    shade = np.where(inside, bits[row * inside, column * inside], 120).astype(float)
-    return shade.reshape(480, 4, 640, 4).mean(axis=(1, 3)).round().astype(np.uint8)
+    return np.where(inside, bits[row * inside, column * inside], GROUND).astype(float)
 
 
 def turned(axis: tuple[float, float, float], angle_rad: float) -> Quat:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from spot_help import FEW, is_free, messages, placed, robot, run_of
+from spot_help import FEW, home, is_free, messages, placed, robot, run_of
 
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.run.operator import AgreeingOperator, StopSwitch
@@ -21,7 +21,6 @@ from workbench.log_schema.tags_in_passing_json import tags_from_settings
 from workbench.planning.tasks import AllOf, Delivered, Task
 from workbench.worlds.house import LocationId
 from workbench.worlds.sight.sightings import stop_point
-from workbench.worlds.sites.site import load_site
 
 
 def whole(path: Path) -> Run:
@@ -36,7 +35,7 @@ def whole(path: Path) -> Run:
 def test_the_papers_delivery_from_log_in_to_lease_returned(tmp_path: Path) -> None:
     log = tmp_path / "run.mcap"
     with robot() as (spot, connection):
-        report = run_and_record(connection, run_of(spot), log)
+        report = run_and_record(connection, run_of(spot, stop_within_m=0.5), log)
         assert report.ended.status == "done", report.ended.reason
         assert report.lease_returned
         assert spot.state.leases.owner is None
@@ -83,7 +82,7 @@ def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
 def test_a_robot_that_starts_elsewhere_starts_from_there(tmp_path: Path) -> None:
     """The survey says (10, 2.4); configuration D puts the robot at (6, 2.4)."""
     with robot(configuration="D") as (spot, connection):
-        survey = replace(run_of(spot), site=load_site("paper_home"))
+        survey = replace(run_of(spot), site=home())
         run_and_record(connection, survey, tmp_path / "run.mcap")
     place = read(tmp_path / "run.mcap").place
     assert place.plan.start.x_m == pytest.approx(6.0, abs=0.1)

@@ -220,7 +220,9 @@ def test_a_run_says_whose_emergency_stop_guards_it(
         tablet = EstopEndpoint(connection.client("estop"), "tablet", 600.0)
         tablet.force_simple_setup()
         tablet.allow()
-        run_and_record(connection, replace(run_of(spot), own_estop=own), tmp_path / "run.mcap", stop=stop)
+        run_and_record(
+            connection, replace(run_of(spot, stop_within_m=0.5), own_estop=own), tmp_path / "run.mcap", stop=stop
+        )
     said = capsys.readouterr().err
     assert ("Our own e-stop" if own else "The e-stop of tablet") in said
     assert "within 0.5 m" in said
