@@ -36,7 +36,6 @@ from workbench.evaluation.tasks.store import TrialStore
 from workbench.planning.solvers.registry import installed_solver, solver
 from workbench.planning.strategies import needs_truth, strategy, strategy_names
 from workbench.plugins import NameOrigin, NotFromLog, PluginNotLoaded, installed_module, plugin
-from workbench.registered_names import KINDS
 from workbench.search.policies.registry import policy
 from workbench.worlds.house import ItemType
 
@@ -114,7 +113,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 SLOW = ("figures", "report")
 """Met with one log of all names' kinds instead of each."""
 
-NO_LOGS = {"demo", "record", "train", "import", "upload", "view", "serve", "render", *KINDS}
+LISTS_OF_NAMES = {"strategies", "policies", "estimators", "scenarios", "solvers"}
+NO_LOGS = {"demo", "record", "train", "import", "upload", "view", "serve", "render", *LISTS_OF_NAMES}
 NO_LOGS |= {"site.check", "site.from-graph-nav"}
 """Commands that read none, serve, which resolves no names, and view and render, which open the log as the test of the
 dashboard does."""
