@@ -9,21 +9,20 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from dashboards.model.clock import Clock
 from dashboards.model.containers.container_style import bar_colours, bar_heights_m, container_colours, left_labels
 from dashboards.model.containers.item_marks import item_marks
 from dashboards.model.containers.seen_items import items_seen
-from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.scene import STATUSES, Scene, scene_at
 from dashboards.model.timeline import NEVER, Timeline
 from dashboards.palette import Colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.comparison import comparison, divergences
-from dashboards.panels.find_costs import find_costs
 from dashboards.panels.now import RunLegend, legend, now
-from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
+from dashboards.tabs import SCENE_PANELS
 from workbench.planning.tasks import goal_types
 from workbench.worlds.names import readable_name
 
@@ -159,15 +158,8 @@ def frame_stamps(timeline: Timeline) -> list[int]:
     return sorted(decisions | set(kept))
 
 
-def _panels(scene: Scene, timeline: Timeline) -> dict[str, str]:
-    at = timeline.decision_at(scene.stamp_ns)
-    frame = timeline.decisions[at] if at >= 0 else None
-    robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
-    return {
-        "now": now(scene),
-        "plan": plan(scene),
-        "costs": find_costs(scene, robot_at, first_looks(timeline, frame) if frame is not None else ()),
-    }
+def _panels(scene: Scene, timeline: Timeline) -> dict[str, Markup]:
+    return {"now": now(scene)} | {name: panel(scene, timeline) for name, panel in SCENE_PANELS.items()}
 
 
 def _marks(scene: Scene) -> dict[str, list[int]]:

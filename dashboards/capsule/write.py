@@ -39,17 +39,11 @@ from dashboards.panels.markup import html, text
 from dashboards.panels.now import run_signs, title
 from dashboards.panels.phase_strip import strip
 from dashboards.resources import resource
+from dashboards.tabs import TABS
 from workbench.errors import BadValue, OutputExists
 from workbench.files import write_atomically
 from workbench.worlds.names import readable_name
 
-TABS = (
-    ("beliefs", "Belief"),
-    ("plan", "Plan"),
-    ("costs", "Find costs"),
-    ("plots", "Plots"),
-    ("comparison", "Compare"),
-)
 MAX_NAMED, LABEL_SPOTS = 6, 12
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""

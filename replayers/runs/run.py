@@ -31,7 +31,6 @@ from workbench.log_schema.codec import decode
 from workbench.log_schema.corrections import NOTE_SCHEMA, NOTE_TOPIC, Correction
 from workbench.log_schema.events import (
     POSE_TOPIC,
-    TOPIC_OF,
     TOPICS,
     TRUTH_TOPIC,
     ActionFinished,
@@ -175,7 +174,7 @@ class Run:
             log=shown(self.path),
             info=self.info,
             complete=self.complete,
-            found={event_class: self.events(event_class) for event_class in TOPIC_OF},
+            found={event_class: self.events(event_class) for event_class in _HELD_AS},
             raw_poses=self.raw_poses,
         )
         return Tables((source,))

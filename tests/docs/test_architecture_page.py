@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import re
+import shutil
+import subprocess
+import sys
+import tomllib
 from pathlib import Path
+
+import pytest
+from sample_logs import write_toy_log
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
@@ -34,17 +42,76 @@ def test_every_named_file_exists() -> None:
     assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []
 
 
+def _changed() -> dict[str, str]:
+    """The files that the diffs change, as they are then; a file that a diff adds is not there yet."""
+    made: dict[str, str] = {}
+    for diff in _blocks("diff"):
+        for part in re.split(r"^--- .*\n(?=\+\+\+ )", diff, flags=re.MULTILINE)[1:]:
+            head, *lines = part.splitlines()
+            name = head.removeprefix("+++ b/")
+            target = ROOT / name
+            rest = made.get(name, target.read_text(encoding="utf-8") if target.exists() else "")
+            done = ""
+            for hunk in "\n".join(lines).split("\n@@\n"):
+                before = "".join(f"{line[1:]}\n" for line in hunk.splitlines() if line[:1] != "+")
+                after = "".join(f"{line[1:]}\n" for line in hunk.splitlines() if line[:1] != "-")
+                found = before in rest if before else not target.exists()
+                assert found, f"{name} has no lines {before!r} here"
+                passed, _, rest = rest.partition(before) if before else ("", "", "")
+                done += passed + after
+            made[name] = done + rest
+    return made
+
+
 def test_example_diffs_apply() -> None:
-    """Lines that a diff keeps or removes are in the file, in this order; a file that it adds is not there yet."""
-    diffs = _blocks("diff")
-    assert len(diffs) == 6
-    for diff in diffs:
-        old, new, *lines = diff.splitlines()
-        target = ROOT / new.removeprefix("+++ b/")
-        if old == "--- /dev/null":
-            assert not target.exists()
-            continue
-        rest = target.read_text(encoding="utf-8")
-        for line in (line[1:] for line in lines if line[:1] in (" ", "-")):
-            assert f"{line}\n" in rest, f"{target.name} has no line {line!r} here"
-            rest = rest.partition(f"{line}\n")[2]
+    assert len(_blocks("diff")) == 6
+    changed = _changed()
+    assert len(changed) == 11
+    for name, text in changed.items():
+        if name.endswith(".py"):
+            ast.parse(text)
+        else:
+            tomllib.loads(text)
+
+
+EXTENDED = """
+from pathlib import Path
+
+from dashboards.capsule.write import capsule_page
+from dashboards.model.scene import scene_at
+from dashboards.model.timeline import timeline_of
+from dashboards.tabs import SCENE_PANELS, TABS
+from replayers.runs.run import read
+from workbench.beliefs.estimators import ESTIMATORS, estimator
+from workbench.execution.events import DoorPassed
+from workbench.log_schema.codec import decode, encode, to_wire
+from workbench.log_schema.events import TOPIC_OF
+from workbench.planning.strategies import STRATEGIES, strategy
+from workbench.registered_names import registered_names
+
+assert strategy("opt-probable").name == "opt-probable"
+assert estimator("flat").name == "flat"
+assert [n.name for n in registered_names("strategies")][: len(STRATEGIES)] == list(STRATEGIES)
+assert [n.name for n in registered_names("estimators")][: len(ESTIMATORS)] == list(ESTIMATORS)
+(wire,) = to_wire(DoorPassed(stamp_ns=5, decision=1, open=False))
+assert decode(TOPIC_OF[type(wire)], encode(wire)) == wire
+run = read(Path("run.mcap"))
+assert run.tables.decisions.shape[0] == len(run.plans)
+timeline = timeline_of(run)
+assert capsule_page([timeline])
+assert "Walked" in SCENE_PANELS["doors"](scene_at(timeline, timeline.end_ns), timeline)
+assert ("doors", "Doors") in TABS
+"""
+
+
+@pytest.mark.ci
+def test_a_copy_with_all_diffs_works(tmp_path: Path) -> None:
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    for name, text in _changed().items():
+        if name.startswith(PACKAGES):
+            (tmp_path / name).write_text(text, encoding="utf-8")
+    write_toy_log(tmp_path / "run.mcap")
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n{EXTENDED}"
+    ran = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr

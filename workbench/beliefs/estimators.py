@@ -35,7 +35,13 @@ EstimatorFactory = Callable[[Weights], Estimator]
 """Makes an estimator from its weights."""
 
 ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType(
-    {"counts": counts_from, "fcnn": fcnn_from, "best": best_from, "people": people_from, "mixed": mixed_from}
+    {
+        "counts": counts_from,
+        "fcnn": fcnn_from,
+        "best": best_from,
+        "people": people_from,
+        "mixed": mixed_from,
+    }
 )
 """The estimators by name: smoothed counts, the paper's network, this project's best; people's votes, and these with
 the best."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from math import ceil, log10
 from types import MappingProxyType
 from typing import Literal, final
@@ -14,7 +15,6 @@ from markupsafe import Markup
 
 from dashboards.model.clock import Clock
 from dashboards.model.containers.container_history import container_history
-from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.run_names import run_names
 from dashboards.model.scene import Scene
 from dashboards.palette import Colour, run_colour
@@ -22,15 +22,14 @@ from dashboards.panels.beliefs import beliefs
 from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison, divergences, mismatches
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
-from dashboards.panels.find_costs import find_costs
 from dashboards.panels.live.ghosts import ghosts
 from dashboards.panels.live.session_status import session_status
 from dashboards.panels.markup import error_line, style
 from dashboards.panels.memory import memory
 from dashboards.panels.now import legend, now, run_signs, title
 from dashboards.panels.phase_strip import cursor, strip
-from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
+from dashboards.tabs import SCENE_PANELS, TABS
 from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, scale_bar, script, update_address
 from dashboards.viser_app.cameras import scale_of
 from dashboards.viser_app.panel.notes_tab import NotesTab
@@ -114,13 +113,7 @@ class Controls:
         tabs = gui.add_tab_group()
         if self._session.library.folder is not None:
             self._runs = RunsTab(self._session, tabs)
-        for name, label in (
-            ("beliefs", "Belief"),
-            ("plan", "Plan"),
-            ("costs", "Find costs"),
-            ("plots", "Plots"),
-            ("comparison", "Compare"),
-        ):
+        for name, label in TABS:
             with tabs.add_tab(label):
                 self._add(name)
                 if name == "comparison":
@@ -244,18 +237,12 @@ class Controls:
     def _shown(self, session: BrowserSession, scenes: list[Scene]) -> None:
         scene, timeline, state = scenes[0], session.clock.timelines[0], session.state
         self._paint_theme(dark=(state.theme or state.system_theme) == "dark")
-        at = timeline.decision_at(scene.stamp_ns)
-        frame = timeline.decisions[at] if at >= 0 else None
-        robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
         self._draw("now", lambda: now(scene))
         self._draw("status", lambda: self._status(scene.stamp_ns))
         if self._tables_are_due(playing=state.playing):
             self._draw("beliefs", lambda: beliefs(scene, timeline))
-            self._draw("plan", lambda: plan(scene))
-            self._draw(
-                "costs",
-                lambda: find_costs(scene, robot_at, first_looks(timeline, frame) if frame is not None else ()),
-            )
+            for name, panel in SCENE_PANELS.items():
+                self._draw(name, partial(panel, scene, timeline))
             self._draw(
                 "comparison",
                 lambda: comparison(session.clock, scenes, self._names, not_shown=self._not_shown()),
