@@ -67,7 +67,7 @@ TEXTS = {
     "dashboards/capsule/write.py _left_out_note": "a note of the page, where something was left out",
     "dashboards/palette.py run_number": "a sign beside a name",
     "dashboards/panels/beliefs.py _left": "a part of a cell, where a look could have missed the item",
-    "dashboards/panels/runs.py _arrow": "a sign in a heading",
+    "dashboards/panels/folder/runs.py _arrow": "a sign in a heading",
     "dashboards/model/run_names.py _replay": "a part of a run's name",
     "dashboards/model/scene.py _automatic_focus": "the name of an item type",
     "recorders/spot/run/event_text.py NextStep.after": "a line of the live status",

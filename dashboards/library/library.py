@@ -11,7 +11,7 @@ from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.library.run_table import NotRecorded, evaluation_in, log_rows, trial_rows
 from dashboards.model.replay_bounds import stored_bounds
 from dashboards.model.timeline import Timeline, timeline_of
-from dashboards.panels.runs import RunRow
+from dashboards.panels.folder.runs import RunRow
 from dashboards.sensing.robot_sensors import RobotSensors, sensors_of
 from replayers.live.ghost_bounds import GhostReport
 from replayers.log_tools.notes import RunNote, notes_of

@@ -13,7 +13,7 @@ from math import isfinite
 from pathlib import Path
 
 from dashboards.model.replay_bounds import stored_bounds
-from dashboards.panels.runs import RunRow
+from dashboards.panels.folder.runs import RunRow
 from workbench.errors import LiosError, MalformedFile, NotFound
 from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, read_rows
 from workbench.planning.tasks import Task, goal_types

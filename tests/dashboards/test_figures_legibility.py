@@ -30,11 +30,11 @@ from dashboards.model.labels import humanize_ids, place_words
 from dashboards.model.phases import describe, kind_of
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
+from dashboards.panels.folder.runs import RunRow
+from dashboards.panels.folder.scatter import pairs
 from dashboards.panels.markup import axis_number
 from dashboards.panels.now import now, title
 from dashboards.panels.phase_strip import strip
-from dashboards.panels.runs import RunRow
-from dashboards.panels.scatter import pairs
 from dashboards.viser_app.cameras import FIELD_OF_VIEW, fitted
 from workbench.log_schema.events import Outcome
 from workbench.worlds.geometry import Pose

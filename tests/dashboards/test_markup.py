@@ -21,13 +21,13 @@ from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.comparison import comparison, divergences, mismatches
 from dashboards.panels.find_costs import find_costs
+from dashboards.panels.folder.runs import RunRow, passes, runs
+from dashboards.panels.folder.scatter import pairs, scatter
 from dashboards.panels.markup import name, number, percent, table
 from dashboards.panels.now import legend, now, title
 from dashboards.panels.phase_strip import cursor, strip
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import belief_plot, cost_plot
-from dashboards.panels.runs import RunRow, passes, runs
-from dashboards.panels.scatter import pairs, scatter
 
 OURS, OTHER, EMPTY = timeline_of(toy_run()), timeline_of(other_run()), timeline_of(empty_run())
 NASTY = """<img src=x onerror="alert('ran')"></script><script>alert(1)</script> & 'q' 日本 |"""

@@ -10,8 +10,8 @@ import pytest
 
 from dashboards.library.library import Library
 from dashboards.library.run_table import NO_LOG, NotRecorded, log_rows
-from dashboards.panels.runs import runs
-from dashboards.panels.scatter import default_pair, scatter
+from dashboards.panels.folder.runs import runs
+from dashboards.panels.folder.scatter import default_pair, scatter
 from recorders.simulated_run import RequestedTask, record_trial, trial_for
 from workbench.errors import MalformedFile
 from workbench.worlds.procthor.load import load_house

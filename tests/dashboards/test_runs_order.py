@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from dashboards.panels.run_cells import MAX_SIDE, run_cells
-from dashboards.panels.runs import COLUMNS, PAGE_ROWS, RunRow, RunsOrder, left_out, ordered, passes, runs
+from dashboards.panels.folder.run_cells import MAX_SIDE, run_cells
+from dashboards.panels.folder.runs import COLUMNS, PAGE_ROWS, RunRow, RunsOrder, left_out, ordered, passes, runs
 
 
 def _row(index: int, **more: Any) -> RunRow:

@@ -11,7 +11,7 @@ import pytest
 
 import replayers
 from dashboards.model.selection import selection_in
-from dashboards.panels.selection import selection
+from dashboards.panels.folder.selection import selection
 from replayers.batch.store import SUFFIX, read_replay, write_replay
 from replayers.counterfactual.prepared_log import ReplaySettings
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from workbench.arrays import Bools, Floats, Floats32
 from workbench.beliefs.belief import Belief
+from workbench.beliefs.boosted_trees.trees import Trees, trees_from
 from workbench.beliefs.context import (
     ALIKE,
     FEATURES,
@@ -38,7 +39,6 @@ from workbench.beliefs.placements import (
     exclude_furniture_rooms,
     placements_of,
 )
-from workbench.beliefs.trees import Trees, trees_from
 from workbench.beliefs.weights import Weights
 from workbench.caches import PerObject
 from workbench.worlds.house import ContainerId, ItemType

@@ -10,9 +10,9 @@ from typing import Any, final
 import viser
 from markupsafe import Markup
 
-from dashboards.panels.run_cells import run_cells
-from dashboards.panels.runs import COLUMNS, GROUPS, RunRow, RunsOrder, left_out, passes, runs
-from dashboards.panels.scatter import default_pair, scatter
+from dashboards.panels.folder.run_cells import run_cells
+from dashboards.panels.folder.runs import COLUMNS, GROUPS, RunRow, RunsOrder, left_out, passes, runs
+from dashboards.panels.folder.scatter import default_pair, scatter
 from dashboards.viser_app.panel.selection_view import SelectionView
 from dashboards.viser_app.session import BrowserSession
 

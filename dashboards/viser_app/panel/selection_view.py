@@ -34,7 +34,7 @@ class SelectionView:
         threading.Thread(target=self._fill, name="selection", daemon=True).start()
 
     def _fill(self) -> None:
-        from dashboards.panels.selection import selection
+        from dashboards.panels.folder.selection import selection
 
         try:
             content = selection(_selection(self._folder, _version(self._folder)), self._folder)

@@ -15,12 +15,12 @@ import numpy as np
 
 from workbench.arrays import AnyArray, Bools, Floats, Ints
 from workbench.beliefs.best import NameModel
+from workbench.beliefs.boosted_trees.trees import trees_tensors
 from workbench.beliefs.context import features
 from workbench.beliefs.encoder import TextEncoder
 from workbench.beliefs.observed_scene import scene_from
 from workbench.beliefs.placements import Placements, placements_from, placements_tensors
 from workbench.beliefs.training.boosting import Boosting, Rows, boost
-from workbench.beliefs.trees import trees_tensors
 from workbench.errors import Unsupported
 from workbench.worlds.house import House
 

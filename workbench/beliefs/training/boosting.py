@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arrays import Floats, Ints, Ints32, Uints8
-from workbench.beliefs.compiled_trees import grow
-from workbench.beliefs.trees import Trees, joined
+from workbench.beliefs.boosted_trees.compiled_trees import grow
+from workbench.beliefs.boosted_trees.trees import Trees, joined
 
 NO_SPLIT_THRESHOLD = float(np.finfo(np.float32).max)
 """The threshold of an unused level: no feature exceeds it."""

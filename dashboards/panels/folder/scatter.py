@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from markupsafe import Markup
 
 from dashboards.palette import FAILED, FOUND, css
+from dashboards.panels.folder.runs import RunRow
 from dashboards.panels.markup import axis_number, command, html, name, number, text
-from dashboards.panels.runs import RunRow
 from workbench.tolerances import NEAR_COST
 
 SIDE_PX = 300

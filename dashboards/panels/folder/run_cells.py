@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
+from dashboards.panels.folder.runs import RunRow
 from dashboards.panels.markup import command, html, name, number
-from dashboards.panels.runs import RunRow
 
 MAX_SIDE = 24
 """Strategies, and scenarios, that have a row or a column."""

@@ -36,7 +36,7 @@ class Trees:
 
     def total(self, columns: Floats) -> Floats:
         """The sum over trees, shape (rows,), of features by column: shape (features, rows)."""
-        from workbench.beliefs.compiled_trees import walk
+        from workbench.beliefs.boosted_trees.compiled_trees import walk
 
         columns = np.ascontiguousarray(columns, dtype=np.float64)
         return walk(columns, self.feature, self.threshold, self.value)

@@ -1,0 +1,1 @@
+"""Oblivious boosted trees as arrays, and their compiled loops."""
