@@ -49,6 +49,13 @@ OwnEstop = Annotated[
 FurnitureOpen = Annotated[
     bool, Option("--furniture-open", help="Assert that all closed furniture was opened before the run.")
 ]
+KeepLocalization = Annotated[
+    bool,
+    Option(
+        "--keep-localization",
+        help="Assert that the robot is where it says: no fiducial need be in view at the start.",
+    ),
+]
 ContinueAfterOutage = Annotated[
     bool, Option("--resume", help="Continue by itself after an outage in which the robot stopped.")
 ]
@@ -87,6 +94,7 @@ class RunOptions:
     take_lease: TakeLease = False
     own_estop: OwnEstop = False
     furniture_open: FurnitureOpen = False
+    keep_localization: KeepLocalization = False
     resume: ContinueAfterOutage = False
     dry_run: DryRun = False
     serve: ServePort = None
@@ -123,6 +131,7 @@ class RunOptions:
             stop_within_m=self.stop_within,
             look_s=self.look,
             sees_m=self.sees,
+            keep_localization=self.keep_localization,
             furniture_open=self.furniture_open,
             resume=self.resume,
         )

@@ -20,13 +20,22 @@ class Localization:
     Attributes:
         tag: the nearest fiducial then in view that is no item's; None if none was.
         age_s: age in seconds of the robot's localisation when it was asked for.
+        kept: whether the robot's own localisation was trusted, and no fiducial was asked.
     """
 
     waypoint: str
     tag: int | None
     age_s: float
+    kept: bool = False
+
+    def facts(self) -> dict[str, object]:
+        """What a log's settings say of it."""
+        told: dict[str, object] = {"waypoint": self.waypoint, "tag": self.tag, "age_s": self.age_s}
+        return {**told, "kept": True} if self.kept else told
 
     def in_words(self) -> str:
+        if self.kept:
+            return f"at {self.waypoint} as it says itself, {self.age_s:.1f} s old; no fiducial was asked"
         by = "by a fiducial" if self.tag is None else f"by fiducial {self.tag}"
         return f"at {self.waypoint} {by}, {self.age_s:.1f} s old"
 

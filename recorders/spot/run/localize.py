@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot
 from typing import TYPE_CHECKING
 
@@ -21,12 +22,18 @@ LOCALIZE_TIMEOUT_S = 20.0
 """Time limit of the call, which takes the robot, or a slow network, longer than others."""
 
 
-def localize_by_fiducial(world: SpotWorld) -> Localization | None:
+def localize_by_fiducial(world: SpotWorld, *, keep: bool = False) -> Localization | None:
     """Localise the robot by the nearest fiducial; None if it sees none.
+
+    Args:
+        keep: whether a robot that says that it is localised is left so.
 
     Raises:
         RunStopped: as for every call.
     """
+
+    if keep and world.body_pose() is not None:
+        return replace(_localization(world), tag=None, kept=True)
 
     def find() -> None:
         state: robot_state_pb2.RobotState = world.connection.client("robot-state").get_robot_state(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from recorders.run_identity import Driver
@@ -339,7 +339,7 @@ def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
 def _as_found(world: SpotWorld, run: RobotRun) -> dict[str, object]:
     """What was found before the first decision: whose e-stop guards the run, where the robot was localised, and what
     earlier logs knew."""
-    localized = None if world.localized is None else asdict(world.localized)
+    localized = None if world.localized is None else world.localized.facts()
     return {
         "estop_guard": world.control.estop_guard,
         "estop_replaced": world.control.estop_replaced,

@@ -30,6 +30,7 @@ class RunSettings:
         attempts, retry_s: number of attempts of a blocked or lost walk, and the pause between them, since
             people step aside.
         resume: whether the robot goes on by itself after an outage in which it stopped.
+        keep_localization: the operator's word that the robot is where it says: no fiducial is asked at the start.
         furniture_open: the operator's word that all closed furniture was opened before the run.
         start_within_m: distance from the surveyed start within which the robot is at it.
         margin_m: distance beyond a container's edge up to which a tag belongs to it.
@@ -47,6 +48,7 @@ class RunSettings:
     retry_s: float = 5.0
     margin_m: float = 0.35
     start_within_m: float = 0.25
+    keep_localization: bool = False
     furniture_open: bool = False
     resume: bool = False
 

@@ -225,11 +225,10 @@ class SpotWorld:
         self.site = replace(self.site, waypoints=MappingProxyType(ids))
 
     def localize(self) -> bool:
-        """Localise the robot by the nearest fiducial, also one that says that it is localised; False if it sees none.
-
-        A robot that was carried since keeps its old localisation, and says so with confidence.
+        """Localise the robot by the nearest fiducial; False if it sees none. Also one that says that it is localised,
+        unless the operator says otherwise: a robot that was carried since is confident of its old localisation.
         """
-        return self._localize_by_fiducial()
+        return self._localize_by_fiducial(keep=self.settings.keep_localization)
 
     def start_here(self) -> None:
         """Use the robot's pose as the site's start, if it differs from the survey and there is a map.
@@ -391,8 +390,8 @@ class SpotWorld:
     def _localize(self) -> bool:
         return self.body_pose() is not None or self._localize_by_fiducial()
 
-    def _localize_by_fiducial(self) -> bool:
-        localized = localize_by_fiducial(self)
+    def _localize_by_fiducial(self, *, keep: bool = False) -> bool:
+        localized = localize_by_fiducial(self, keep=keep)
         if localized is not None:
             self.localized = localized
             self.tell(f"Localised {localized.in_words()}")
