@@ -57,7 +57,7 @@ class BrightThings:
 
 @pytest.fixture
 def weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setattr(screen_finder, "CenterNet", BrightThings)
+    monkeypatch.setattr(screen_finder, "MODELS", {".tgz": BrightThings})
     path = tmp_path / "weights.tgz"
     path.touch()
     return str(path)
@@ -137,7 +137,7 @@ def test_what_cannot_find_screens_is_told_in_one_line(
         (("--screen-model", str(other)), "is not the known one"),
         (("--screen-model", str(empty)), "it holds no package/models/centernet.json"),
         (("--screen-model", str(broken)), "cannot be read as a package"),
-        (("--screen-model", str(log)), "only the file that npm pack"),
+        (("--screen-model", str(log)), "give an .onnx file"),
         (("--screen-model", str(tmp_path / "no.tgz")), "no such file"),
     ):
         refused(log, "--blur-screens", *words)

