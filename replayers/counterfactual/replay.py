@@ -219,8 +219,7 @@ def _world_search(prepared: PreparedLog, planner: Strategy, tree: RunTree, first
     """The search of the worlds by a strategy, or by another that decides alike and went the same way at first.
 
     Args:
-        tree: of the strategy's own runs.
-        first: the end of the strategy's own run up to the first open container.
+        tree, first: the strategy's own runs, and the end of its own up to the first open container.
     """
 
     def search() -> WorldSearch:

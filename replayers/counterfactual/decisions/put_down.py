@@ -23,11 +23,13 @@ from workbench.arrays import Floats, Indices, Ints
 MAX_ITEMS = 3
 """With more items there are too many such plans."""
 
-MAX_STATES, MAX_WAITING = 2_000, 2_000
-"""Where a search would have to look at more states, or keep more, a plan may be cheaper."""
+MAX_STATES = 20_000
+"""Where a search would have to look at more states, a plan may be cheaper."""
 
 WANTED = -1
 """In place of the number of a place to put something down: where the item is wanted."""
+MAX_PLACES = 1 << 12
+"""With more places, states have no number of their own."""
 UNFETCHED, DELIVERED = -1, -2
 """In place of the place where an item was put down."""
 
@@ -44,7 +46,7 @@ def may_put_down(metres: Floats, ways: Floats, begin: Indices, *, manipulation: 
         straight: what the cheapest straight plan costs without its picks and places.
     """
     items, again = ways.shape[1], 2 * manipulation
-    if items > MAX_ITEMS:
+    if items > MAX_ITEMS or len(metres) > MAX_PLACES - 3:
         return True
     ends = begin[1:]
     errands = np.maximum((ways.T[:, :, None] - metres[begin][None]).max(axis=1), metres[ends])
@@ -151,7 +153,7 @@ def _least_metres(
                 least = metres[begin, end]
                 for other in range(stretch, count):
                     if stretches[other] == stretch:
-                        item = left[order[other]]
+                        item = int(left[order[other]])
                         way = _way(begin, item, at, metres, errands, ends)
                         least = max(least, way - metres[ends[item], end])
                 total += least
@@ -169,21 +171,38 @@ def _way(begin: int, item: int, at: Ints, metres: Floats, errands: Floats, ends:
 
 
 @njit(cache=True, nogil=True)
+def _is_new(robot: int, at: Ints, last: int, owed: int, spent: float, known: Ints, costs: Floats) -> bool:
+    """Whether a state was not reached before at this cost or less; notes it in a hash table (open addressing)."""
+    code = ((last + 1) * (MAX_ITEMS + 1) + owed) * MAX_PLACES + robot
+    for place in at:
+        code = code * MAX_PLACES + place + 2
+    row = code * np.int64(-7046029254386353131) % len(known)
+    for _ in range(len(known)):
+        if known[row] == code:
+            if costs[row] <= spent:
+                return False
+            break
+        if known[row] < 0:
+            break
+        row = (row + 1) % len(known)
+    known[row], costs[row] = code, spent
+    return True
+
+
+@njit(cache=True, nogil=True)
 def _may_be_cheaper(
     metres: Floats, errands: Floats, begin: Indices, again: float, straight: float, visits: tuple[Indices, ...]
 ) -> bool:
     """Whether a plan that puts something down three times or more may be cheaper, by a depth-first search."""
     items, places = errands.shape
     ends = begin[1:]
-    at, now = np.full((MAX_WAITING, items), UNFETCHED), np.empty(items, np.int64)
-    robot, spent = np.full(MAX_WAITING, begin[0]), np.zeros(MAX_WAITING)
-    last, owed = np.full(MAX_WAITING, -1), np.full(MAX_WAITING, 3)
-    waiting, seen = 1, 0
+    at, now = np.full((MAX_STATES + 1, items), UNFETCHED), np.empty(items, np.int64)
+    robot, spent = np.full(MAX_STATES + 1, begin[0]), np.zeros(MAX_STATES + 1)
+    last, owed = np.full(MAX_STATES + 1, -1), np.full(MAX_STATES + 1, 3)
+    known, costs = np.full(4 * MAX_STATES, -1), np.zeros(4 * MAX_STATES)
+    waiting, found = 1, 0
     while waiting:
         waiting -= 1
-        seen += 1
-        if seen > MAX_STATES:
-            return True
         now[:] = at[waiting]
         here, cost, before, must = robot[waiting], spent[waiting], last[waiting], owed[waiting]
         for item in range(items):
@@ -214,12 +233,13 @@ def _may_be_cheaper(
                 left = farthest
                 if least + left < straight:
                     left = _least_metres(end, now, metres, errands, ends, visits)
-                if least + left < straight:
-                    if waiting == MAX_WAITING:
+                put = -1 if place < 0 else item
+                if least + left < straight and _is_new(end, now, put, still, spend, known, costs):
+                    found += 1
+                    if found > MAX_STATES:
                         return True
                     at[waiting] = now
-                    robot[waiting], spent[waiting] = end, spend
-                    last[waiting], owed[waiting] = -1 if place < 0 else item, still
+                    robot[waiting], spent[waiting], last[waiting], owed[waiting] = end, spend, put, still
                     waiting += 1
                 now[item] = was
     return False
