@@ -1,7 +1,6 @@
 """Counterfactual replay: runs one strategy over one log, with bounds, an estimate and, on request, the true cost.
 
-`replay` runs the strategy over the log alone (which may end undetermined), over every world that is consistent with
-it (bounds), over worlds sampled from the belief (estimate), and, on request, in the recorded truth.
+Runs go over the log alone (undetermined where it ends), in all consistent worlds, in sampled ones, and in the truth.
 """
 
 from __future__ import annotations
