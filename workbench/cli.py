@@ -27,10 +27,10 @@ from workbench.terminal import emit_text, say, wide_tables
 PANELS: dict[str, tuple[str, ...]] = {
     "Run": ("demo", "record", "plan", "evaluate", "train", "learn-moves"),
     "Replay": ("replay", "compare", "select", "certify"),
-    "Look": ("view", "serve", "render", "figures", "capsule", "report"),
+    "View": ("view", "serve", "render", "figures", "capsule", "report"),
     "Logs": ("info", "list", "doctor", "recover", "export", "import", "upload", "log"),
     "Places": ("houses", "site", "spot"),
-    "Yours": ("new", "strategies", "policies", "estimators", "scenarios", "solvers"),
+    "Extend": ("new", "strategies", "policies", "estimators", "scenarios", "solvers"),
 }
 """The help group of each command; plug-in commands are listed under "More"."""
 
