@@ -43,7 +43,7 @@ class BadToken(InputError):
 
     def __init__(self) -> None:
         super().__init__(
-            f"{TOKEN_VARIABLE}: want at least {MIN_LETTERS} letters, digits, - or _. "
+            f"{TOKEN_VARIABLE}: it needs at least {MIN_LETTERS} letters, digits, - or _. "
             "Unset it, and a token is made for each run."
         )
 

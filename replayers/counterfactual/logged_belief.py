@@ -54,7 +54,7 @@ class NoBelief(Unsupported):
 
     def __init__(self, log: str, estimator: str, reason: str) -> None:
         super().__init__(
-            f"{log}: its beliefs do not cover this task and its estimator {quoted(estimator)} cannot be had here "
+            f"{log}: its beliefs do not cover this task and its estimator {quoted(estimator)} is not available here "
             f"({reason}). Name another with --estimator."
         )
 

@@ -26,7 +26,7 @@ class NoSuchDecision(NotFound):
     def __init__(self, run: Run, what: str) -> None:
         if not run.plans:
             super().__init__(
-                f"{run.path}: it holds no decision: a robot's acts, and no planner's. "
+                f"{run.path}: it holds no decision: it records what a robot did, and no plan. "
                 "Import the bag with --task TASK -s model-lios, which computes decisions after the fact."
             )
             return

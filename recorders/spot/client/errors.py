@@ -109,7 +109,7 @@ class MapRefused(Failed):
 
     def __init__(self, host: str, reason: str) -> None:
         super().__init__(
-            f"{host}: the robot does not take the map ({reason}). It must not be recording, and the map must be of "
+            f"{host}: the robot rejects the map ({reason}). It must not be recording, and the map must be of "
             "this kind of robot. Try it with the tablet."
         )
 
