@@ -125,12 +125,6 @@ class UpperBound:
             return 0.0
         return 2 * len(left) * float(self._metres.max(initial=0.0))
 
-    def shortest_route(self, knowledge: Knowledge) -> float | None:
-        """The remaining cost of a strategy that plans shortest, where it knows all that is needed; None elsewhere."""
-        if not self._traits.plans_shortest or not self.fits_straight:
-            return None
-        return self._known_route(self._unmet_parts(knowledge), knowledge)
-
     def seeing(self, knowledge: Knowledge, *, walking: bool) -> float:
         """For strategies that go straight with a robot that sees in passing, from a state on.
 
