@@ -118,6 +118,8 @@ class Node:
     unknown from here on. certain: what RunTree.certain answers, once it was asked. sighted: the nodes after a tag was
     seen in passing in its segment, with the cost from here; None before anybody asked. walk: the move that the robot
     is on; knowledge then holds what it will have seen of the containers that came into view, from where it set out.
+    ambiguous: its segment is that of one history; others that share the node may go on differently
+    (decisions/needed_items.py).
     """
 
     knowledge: Knowledge
@@ -128,6 +130,7 @@ class Node:
     cost: float = 0.0
     segment: Segment | None = None
     certain: bool | None = None
+    ambiguous: bool = False
     children: dict[Answer, Node] = field(default_factory=dict)
     sighted: tuple[tuple[float, Node], ...] | None = None
 

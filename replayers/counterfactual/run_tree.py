@@ -54,6 +54,7 @@ class RunTree:
         root: the start.
         segments: how many segments were run.
         max_picks: the most picks of any way followed.
+        ambiguous: at some node, histories that share it may go on differently (Node.ambiguous).
         asked: open containers that the strategy was seen to look into, in some world.
         planner: the strategy, asked once for each state that it can distinguish if it is known to decide by that.
     """
@@ -71,6 +72,7 @@ class RunTree:
         self.strategy = strategy
         self.segments = 0
         self.max_picks = 0
+        self.ambiguous = False
         self.asked: dict[ContainerId, None] = {}
         self.max_steps = options.max_steps
         self.traits = options.traits
@@ -81,6 +83,7 @@ class RunTree:
         self.planner = self._memoized or strategy
         self._estimator = estimator
         self._options = options
+        self._with_all_items: RunTree | None = None
         self._seed = options.seed
         self._merge = options.merge
         self._durations = options.durations
@@ -108,20 +111,21 @@ class RunTree:
         """Whether decisions go by beliefs that are not quite the robot's: a log rounded them."""
         return self._reads_beliefs and not self._exact_beliefs
 
-    @property
-    def ambiguous(self) -> bool:
-        """Whether histories that share a node may go on differently after all (decisions/needed_items.py)."""
-        return self._memoized is not None and self._memoized.ambiguous
-
     def with_all_items(self) -> RunTree:
-        """The same tree, not followed yet, in which all items that still matter distinguish histories."""
-        options = replace(self._options, fetches_nearest=False)
-        return RunTree(self.evidence, self.strategy, self._estimator, self.relevance, options)
+        """The tree in which all items that still matter distinguish histories; cached."""
+        if self._with_all_items is None:
+            options = replace(self._options, fetches_nearest=False)
+            self._with_all_items = RunTree(self.evidence, self.strategy, self._estimator, self.relevance, options)
+        return self._with_all_items
 
     def advance(self, node: Node) -> Segment:
         """Runs on from a node to its next unobserved look or its end; cached."""
         if node.segment is None:
+            if self._memoized is not None:
+                self._memoized.ambiguous = False
             node.segment = self._run(node)
+            node.ambiguous = self._memoized is not None and self._memoized.ambiguous
+            self.ambiguous |= node.ambiguous
         return node.segment
 
     def child(self, node: Node, answer: Answer) -> Node:
@@ -145,6 +149,8 @@ class RunTree:
         node, cost, filled = self.root, 0.0, list[Assignment]()
         while True:
             segment = self.advance(node)
+            if node.ambiguous:
+                return self._follow_apart(filled, choose)
             cost += segment.cost
             unobserved = segment.unobserved
             if unobserved is None:
@@ -152,6 +158,15 @@ class RunTree:
             answer = choose(unobserved)
             filled.append(Assignment(container=unobserved.container, live=unobserved.live, answer=answer))
             node = self.child(node, answer)
+
+    def _follow_apart(self, filled: list[Assignment], choose: Choose) -> Leaf:
+        """The same from the start, in the tree with all items."""
+        answers, apart = {f.container: f.answer for f in filled}, self.with_all_items()
+        before = apart.segments
+        leaf = apart.follow(lambda look: answers[look.container] if look.container in answers else choose(look))
+        self.segments += apart.segments - before
+        self.asked |= apart.asked
+        return leaf
 
     def certain(self, node: Node) -> bool:
         """Whether the run from a node on is the same whatever else the open containers on the way held, and whatever

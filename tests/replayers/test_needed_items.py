@@ -12,7 +12,8 @@ import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
 from toy_logs import BOOK, MUG, PENCIL, delivered, task_of, toy_evidence
 
-from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET
+from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
+from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.world_search import search_worlds
 from replayers.counterfactual.decisions.needed_items import NeededItems, needed_items
@@ -146,17 +147,20 @@ def test_both_ends_of_a_delivery_are_reached_with_a_fraction_of_the_runs(prepare
     assert found.segments < 200
 
 
-def test_an_ambiguous_search_is_made_again_with_all_items(
-    prepared: PreparedLog, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_ambiguous_run_is_followed_with_all_items(prepared: PreparedLog, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Were every plan one of several equally good ones, all would be as if no items were left out."""
+
     def never(_items: NeededItems, _known: Knowledge) -> bool:
         return False
 
     monkeypatch.setattr(NeededItems, "one_plan_is_best", never)
-    budget = replace(DEFAULT_BUDGET, segments=20, segments_if_shortest=None, finish=0)
-    tree = run_tree_of(prepared, strategy("opt-greedy"))
-    found = search_worlds(tree, None, budget, SearchCache())
+    tree, budget = run_tree_of(prepared, strategy("opt-greedy")), Budget(segments=30, finish=0)
+    apart = run_tree_of(prepared, strategy("opt-greedy")).with_all_items()
+    assert bounds_of(tree, budget=budget).figures == bounds_of(apart, budget=budget).figures
     assert tree.ambiguous
-    assert found.tree is not tree
-    assert not found.tree.ambiguous
-    assert found.segments > tree.segments
+    assert not apart.ambiguous
+    assert tree.segments > apart.segments
+    assert tree.asked == apart.asked
+    for answers in (min, max):
+        ends = [made.follow(lambda look, choose=answers: choose(look.options, key=len)) for made in (tree, apart)]
+        assert ends[0] == ends[1]

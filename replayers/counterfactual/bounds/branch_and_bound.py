@@ -15,6 +15,7 @@ the same holds from the start on.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import islice
 from math import inf
@@ -48,7 +49,16 @@ def bounds_of(
         cache: the searches over one log; strategies may share it.
     """
     outside = (cache if cache is not None else SearchCache()).outside(tree.evidence, tree.relevance, tree.traits)
-    return BoundSearch(tree, budget, outside, only_certain=whatever_is_believed).bounds()
+    search = BoundSearch(tree, budget, outside, only_certain=whatever_is_believed)
+    bounds = search.bounds()
+    if not search.needs_all_items:
+        return bounds
+    apart = tree.with_all_items()
+    before, asked = apart.segments, apart.asked
+    bounds = BoundSearch(apart, budget, outside, only_certain=whatever_is_believed).bounds()
+    tree.segments += apart.segments - before
+    tree.asked |= asked
+    return replace(bounds, segments=tree.segments)
 
 
 @final
@@ -60,6 +70,7 @@ class BoundSearch:
         self._only_certain = only_certain
         self._is_straight = True
         self._cut = False
+        self._barred: list[tuple[float, float]] = []  # costs of ambiguous nodes, from below and above
         self._budget = budget
         self._failure = tree.evidence.task.failure_cost
         self._outside = outside
@@ -79,7 +90,7 @@ class BoundSearch:
         self._intervals[root] = self._outside.interval(root.knowledge)
         self._expand(root)
         began = self._tree.segments
-        while not self._intervals[root].spent and not self._tree.ambiguous:
+        while not self._intervals[root].spent and not self._is_barred():
             spent = self._tree.segments - began
             side = self._unsettled_side()
             limit = self._limit(spent)
@@ -93,6 +104,25 @@ class BoundSearch:
                     break  # the maximum is certain only when each of these was followed: not worth trying
             self._descend(side)
         return self._result()
+
+    @property
+    def needs_all_items(self) -> bool:
+        """Whether ambiguous nodes are what the search ended at: where all items distinguish histories, there are
+        none."""
+        return bool(self._barred) and (self._intervals[self._tree.root].spent or self._is_barred())
+
+    def _is_barred(self) -> bool:
+        """Whether an ambiguous node, which is not followed, decides an end."""
+        if not self._barred:
+            return False
+        whole = self._intervals[self._tree.root]
+        low, high = whole.lower(0, self._failure), whole.upper(0, self._failure)
+        low_open = low < whole.least_found(0, self._failure) - NEAR_COST
+        high_open = high > whole.largest_found(0, self._failure) + NEAR_COST
+        return any(
+            (low_open and least <= low + NEAR_COST) or (high_open and most >= high - NEAR_COST)
+            for least, most in self._barred
+        )
 
     def _limit(self, spent: int) -> int:
         """How many segments the search may take: the budget, and as many again where few branches are left that could
@@ -183,7 +213,11 @@ class BoundSearch:
         before = self._intervals[node]
         if not self._may_expand(node):
             self._branches[node] = []
-            before.spent = self._cut = True
+            before.spent = True
+            self._cut |= not node.ambiguous
+            if node.ambiguous:
+                failure = self._failure
+                self._barred.append((before.lower(node.cost, failure), before.upper(node.cost, failure)))
             self._stale.update(self._parents.get(node, ()))
             return
         unobserved = self._tree.advance(node).unobserved
@@ -302,7 +336,8 @@ class BoundSearch:
 
     def _may_expand(self, node: Node) -> bool:
         """Whether the search may continue below a node."""
-        return not (self._only_certain and not self._tree.certain(node))
+        self._tree.advance(node)
+        return not node.ambiguous and not (self._only_certain and not self._tree.certain(node))
 
     def _group(self, interval: CostInterval, cost: float, filled: tuple[Assignment, ...]) -> WorldGroup:
         lower, upper = interval.lower(cost, self._failure), interval.upper(cost, self._failure)

@@ -44,11 +44,6 @@ def search_worlds(tree: RunTree, worlds: SampledWorlds | None, budget: Budget, c
         worlds: the drawn ones; None without an estimate.
         cache: the searches over the log.
     """
-    found = _search(tree, worlds, budget, cache)
-    return _search(tree.with_all_items(), worlds, budget, cache) if tree.ambiguous else found
-
-
-def _search(tree: RunTree, worlds: SampledWorlds | None, budget: Budget, cache: SearchCache) -> WorldSearch:
     bounds = bounds_of(tree, budget=budget, cache=cache)
     standing = None
     if bounds.cut:

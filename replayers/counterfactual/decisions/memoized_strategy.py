@@ -60,13 +60,14 @@ class MemoizedStrategy:
 
     Attributes:
         asked: the view of the last decision.
-        ambiguous: in some state several plans were equally good, so that what the key leaves out may have decided.
+        ambiguous: since this was last set to False, several plans were equally good in some state, so that what the
+            key leaves out may have decided.
     """
 
     def __init__(self, strategy: Strategy, key: StateKey) -> None:
         self._strategy = strategy
         self._key = key
-        self._made: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
+        self._made: Cache[Hashable, tuple[Decision, bool]] = Cache(MAX_CACHED_DECISIONS)
         self.asked: View | None = None
         self.ambiguous = False
 
@@ -79,10 +80,10 @@ class MemoizedStrategy:
 
     def decide(self, view: View) -> Decision:
         self.asked = view
-        return self._made.get(self._key(view.knowledge), lambda: self._decide(view))
+        made, clear = self._made.get(self._key(view.knowledge), lambda: self._decide(view))
+        self.ambiguous |= not clear
+        return made
 
-    def _decide(self, view: View) -> Decision:
+    def _decide(self, view: View) -> tuple[Decision, bool]:
         needed = self._key.needed
-        if needed is not None and not self.ambiguous:
-            self.ambiguous = not needed.one_plan_is_best(view.knowledge)
-        return self._strategy.decide(view)
+        return self._strategy.decide(view), needed is None or needed.one_plan_is_best(view.knowledge)

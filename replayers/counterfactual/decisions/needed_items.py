@@ -8,13 +8,15 @@ fetched, and no plan goes by it. So states that differ in such cups alone go on 
 how many containers hold a second cup no longer multiplies them.
 
 Two things such cups can change: which of several plans of equal cost is found first, and plans that put something
-down on the way (put_down.py). Whether plans are equal, and a lower bound for the others, do not depend on the
-cups. Where some are equal, or where it may be worth while to put something down, the runs are followed once more with
-all items told apart (RunTree.with_all_items).
+down on the way (put_down.py). Whether plans are equal, and bounds of the others, do not depend on the cups, and few
+are. Where some are equal, or where it may be worth while to put something down, the run is followed no further in
+this tree; if it decides a bound, or a world leads there, it is followed where all items are told apart
+(RunTree.with_all_items).
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import permutations
 from typing import final
 
@@ -55,8 +57,8 @@ def needed_items(evidence: Evidence, policy: SearchPolicy | None) -> NeededItems
     index = {name: i for i, name in enumerate(evidence.place.travel.locations)}
     if any(part.at not in index for part in parts):
         return None
-    handle = evidence.costs.manipulation
-    return NeededItems(parts, metres, index, handle, any_first=isinstance(policy, NearestFirst))
+    handle, unopened = evidence.costs.manipulation, tuple(evidence.open)
+    return NeededItems(parts, metres, index, handle, unopened, any_first=isinstance(policy, NearestFirst))
 
 
 @final
@@ -64,6 +66,7 @@ class NeededItems:
     """The needed items for one log and one task: deliveries of different types, as they are.
 
     Args:
+        unopened: the containers that nobody opened.
         any_first: where the strategy looks does not depend on what it seeks.
     """
 
@@ -73,6 +76,7 @@ class NeededItems:
         metres: Floats,
         index: dict[LocationId, int],
         manipulation: float,
+        unopened: Collection[ContainerId],
         *,
         any_first: bool,
     ) -> None:
@@ -80,6 +84,7 @@ class NeededItems:
         self._metres = metres
         self._index = index
         self._manipulation = manipulation
+        self._open = frozenset(unopened)
         self._any_first = any_first
         self._ends = [index[part.at] for part in parts]
         self._errands = {part.item_type: metres + metres[:, index[part.at]] for part in parts}
@@ -102,14 +107,17 @@ class NeededItems:
 
     def one_plan_is_best(self, knowledge: Knowledge) -> bool:
         """Whether all plans of least cost do the same until they see something new, or to their ends, and none that
-        puts something down on the way is cheaper, whichever items are known that are not needed."""
+        puts something down on the way is cheaper, whichever items are known that are not needed.
+
+        Where no open container was looked into, there is one history only.
+        """
         left = [p for p, part in enumerate(self._parts) if not is_met(part, knowledge)]
         looks = self._where_left(knowledge)
         missing = [not knowledge.where(self._parts[p].item_type) for p in left]
         here = self._index.get(knowledge.robot_at)
-        if len(left) < 2 or knowledge.holding is not None or (any(missing) and not looks):
+        if len(left) < 2 or (any(missing) and not looks) or self._open.isdisjoint(knowledge.first_seen):
             return True
-        if here is None:
+        if here is None or knowledge.holding is not None:
             return False
         begin = [here, *(self._ends[p] for p in left)]
         legs = np.empty((len(begin), len(left)))
