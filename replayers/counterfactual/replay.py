@@ -205,7 +205,6 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             exact_beliefs=prepared.exact_beliefs_of(planner),
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
             looks_by=looks_by(planner, evidence.task.goal),
-            fetches_nearest=decision_kind(planner, evidence.task.goal) is not None,
             asked_again=budget.asked_again * budget.segments,
             traits=traits,
             durations=prepared.durations,

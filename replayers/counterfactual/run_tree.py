@@ -77,7 +77,7 @@ class RunTree:
         self.max_steps = options.max_steps
         self.traits = options.traits
         unmoved = options.static_beliefs or not options.reads_beliefs
-        needed = needed_items(evidence, options.looks_by) if options.fetches_nearest and unmoved else None
+        needed = needed_items(evidence, options.looks_by) if options.traits.fetches_nearest and unmoved else None
         self._key = StateKey(relevance, unmoved, evidence.misses_left if evidence.misses else None, needed)
         self._memoized = MemoizedStrategy(strategy, self._key) if options.merge else None
         self.planner = self._memoized or strategy
@@ -114,7 +114,7 @@ class RunTree:
     def with_all_items(self) -> RunTree:
         """The tree in which all items that still matter distinguish histories; cached."""
         if self._with_all_items is None:
-            options = replace(self._options, fetches_nearest=False)
+            options = replace(self._options, traits=replace(self.traits, fetches_nearest=False))
             self._with_all_items = RunTree(self.evidence, self.strategy, self._estimator, self.relevance, options)
         return self._with_all_items
 

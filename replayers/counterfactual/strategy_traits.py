@@ -30,11 +30,14 @@ class SearchTraits:
         empty_handed: it looks only with an empty hand; others may look on the way with what they fetched.
         plans_shortest: once nothing is missing, it carries out a plan that costs no more than the best of those that
             bring every item straight to its place.
+        fetches_nearest: its plans go by distance alone, and it never fetches an item where another of its type costs
+            less on its path: histories that differ in such items alone share a node (decisions/needed_items.py).
     """
 
     nearest_first: bool = False
     empty_handed: bool = False
     plans_shortest: bool = False
+    fetches_nearest: bool = False
 
 
 UNKNOWN = SearchTraits()
@@ -47,6 +50,7 @@ def search_traits(planner: Strategy, goal: Goal) -> SearchTraits:
         nearest_first=looks_nearest_first(planner, goal),
         empty_handed=looks_empty_handed(planner),
         plans_shortest=plans_shortest(planner, goal),
+        fetches_nearest=decision_kind(planner, goal) is not None,
     )
 
 

@@ -40,7 +40,7 @@ class StateBounds:
         if evidence.tags is not None:  # after a stop for a tag the next look is not the nearest to a container
             traits = replace(traits, nearest_first=False)
         self.most = UpperBound(evidence, traits)
-        chains = traits == SearchTraits(nearest_first=True, empty_handed=True, plans_shortest=True)
+        chains = traits.nearest_first and traits.empty_handed and traits.plans_shortest
         self._chains = NearestFirstBound(evidence, relevance) if chains else None
         self._sees = evidence.passing is not None
         self._stops = evidence.tags is not None

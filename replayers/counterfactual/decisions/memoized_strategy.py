@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 from replayers.counterfactual.decisions.needed_items import NeededItems
@@ -61,13 +61,15 @@ class MemoizedStrategy:
     Attributes:
         asked: the view of the last decision.
         ambiguous: since this was last set to False, several plans were equally good in some state, so that what the
-            key leaves out may have decided.
+            key leaves out decided.
     """
 
     def __init__(self, strategy: Strategy, key: StateKey) -> None:
         self._strategy = strategy
         self._key = key
+        self._key_of_all = replace(key, needed=None)
         self._made: Cache[Hashable, tuple[Decision, bool]] = Cache(MAX_CACHED_DECISIONS)
+        self._apart: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
         self.asked: View | None = None
         self.ambiguous = False
 
@@ -81,8 +83,10 @@ class MemoizedStrategy:
     def decide(self, view: View) -> Decision:
         self.asked = view
         made, clear = self._made.get(self._key(view.knowledge), lambda: self._decide(view))
-        self.ambiguous |= not clear
-        return made
+        if clear:
+            return made
+        self.ambiguous = True
+        return self._apart.get(self._key_of_all(view.knowledge), lambda: self._strategy.decide(view))
 
     def _decide(self, view: View) -> tuple[Decision, bool]:
         needed = self._key.needed

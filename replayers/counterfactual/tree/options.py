@@ -26,8 +26,6 @@ class TreeOptions:
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
         looks_by: of a strategy whose plans go by distance alone: the policy by which it looks.
-        fetches_nearest: such a strategy never fetches an item where another of its type costs less on its path, and
-            histories that differ in such items alone share a node.
         asked_again: how often it is asked again what it would do had the open containers held something else
             (same_decision.py).
         traits: what is known of its runs, for bounds.
@@ -42,7 +40,6 @@ class TreeOptions:
     exact_beliefs: bool = True
     reads_beliefs: bool = True
     looks_by: SearchPolicy | None = None
-    fetches_nearest: bool = False
     asked_again: int = 0
     traits: SearchTraits = UNKNOWN
     durations: Durations = SIMULATED
