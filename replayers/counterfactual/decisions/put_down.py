@@ -149,7 +149,7 @@ def _least_metres(
         for stretches in picked:
             total, begin = 0.0, here
             for stretch in range(count):
-                end = ends[left[order[stretch]]]
+                end = int(ends[left[order[stretch]]])
                 least = metres[begin, end]
                 for other in range(stretch, count):
                     if stretches[other] == stretch:
