@@ -2,7 +2,7 @@
 
 One rule holds for all four kinds. A built-in name is in its kind's own table and never comes here. Other names are
 entry points of installed packages, or, only where a user gives them, `module:Class` from the working folder or the
-installed packages. A log comes from strangers: a name that a log gives is built in or installed, or it is refused.
+installed packages. A log may come from anyone: a name that it gives is built in or installed, or it is refused.
 While such a name is resolved, the working folder is not on the import path, since it may have come with the log.
 """
 
@@ -157,7 +157,7 @@ def installed_module(name: str) -> ModuleSpec | None:
 
 
 def quoted(name: str) -> str:
-    """A stranger's name as one short line: escaped, quoted, and cut after 80 characters."""
+    """An untrusted name as one short line: escaped, quoted, and cut after 80 characters."""
     return repr(name if len(name) <= 80 else f"{name[:77]}...")
 
 

@@ -38,7 +38,7 @@ def create(path: Path, *, force: bool) -> BinaryIO:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | (0 if force else os.O_EXCL), 0o666)
-        stream = open(descriptor, "r+b", buffering=0)  # noqa: SIM115
+        stream = open(descriptor, "r+b", buffering=0)  # noqa: SIM115 - the caller closes it
     except FileExistsError:
         if path.exists() and path.is_file():
             raise OutputExists(path) from None
@@ -65,7 +65,7 @@ def reopen(path: Path, *, size: int | None) -> BinaryIO:
         LogInUse: another process is writing it, or has changed it since it was read.
     """
     try:
-        stream = open(path, "r+b", buffering=0)  # noqa: SIM115
+        stream = open(path, "r+b", buffering=0)  # noqa: SIM115 - the caller closes it
     except FileNotFoundError:
         raise FileMissing(path) from None
     except OSError as error:

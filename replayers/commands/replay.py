@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from workbench.beliefs.memory.history import History
 
 BROKE, UNLIKE = "planner-failed", "not-reproduced"
-TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE, UNLIKE}
+SHOWN_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE, UNLIKE}
 """Statuses whose reason is shown in a column, with the log or at the end; other reasons are shown below the table."""
 
 
@@ -266,7 +266,7 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
     for note, logs in _notes(rows).items():
         if conditional or not note.endswith(LEARNS):
             say(f"note{_about(logs) if several else ''}: {note}")
-    stopped = (f"{row['strategy']}: {row['reason']}" for row in rows if row["status"] not in TOLD_ELSEWHERE)
+    stopped = (f"{row['strategy']}: {row['reason']}" for row in rows if row["status"] not in SHOWN_ELSEWHERE)
     for words in dict.fromkeys(stopped):
         say(words)
     if next_look is not None:

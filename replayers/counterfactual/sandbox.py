@@ -369,7 +369,7 @@ def _tried(ask: Callable[[], object], *, stops: tuple[type[BaseException], ...] 
         raise KeyboardInterrupt from error
     except AskedForTruth as error:
         return PlannerAnswer(AnswerKind.ASKED_FOR_TRUTH, str(error))
-    except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+    except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  third-party code may raise anything
         show_traceback(error)
         return PlannerAnswer(AnswerKind.RAISED, exception_text(error))
 

@@ -93,7 +93,7 @@ def _broken_schema(error: Exception) -> Callable[[bytes], Any]:
 def _decoder_or_reason(encoding: str, schema: Schema) -> Callable[[bytes], Any] | None:
     try:
         return _decoder_for(encoding, schema)
-    except Exception as error:  # noqa: BLE001  a stranger's schema may fail in any way
+    except Exception as error:  # noqa: BLE001  a schema from elsewhere can fail in any way
         return _broken_schema(error)
 
 

@@ -32,7 +32,7 @@ def to_lines(log: Path, output: Path, *, force: bool, progress: Progress = iter)
     draft = draft_path(output)
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
-        stream = open(draft, "wb")  # noqa: SIM115
+        stream = open(draft, "wb")  # noqa: SIM115 - closed below
     except OSError as error:
         raise CannotCreate(output, error.strerror or str(error)) from error
     remove_abandoned_drafts(output.parent)

@@ -102,8 +102,8 @@ def _check(correction: Correction, run: Run, contents: Contents, known: Contents
         )
     if container not in contents:
         raise NotCorrectable(run, correction, "nobody looked into it in this run, so no look missed anything there")
-    told_alone = item.id == made_up_id(item.type, container)
-    here = next((i for i in contents[container] if i.id == item.id or (told_alone and i.type == item.type)), None)
+    named_by_type = item.id == made_up_id(item.type, container)
+    here = next((i for i in contents[container] if i.id == item.id or (named_by_type and i.type == item.type)), None)
     if here is not None:
         raise NotCorrectable(
             run, correction, f"the log knows of {here.id} there; to add another instance, give its id"

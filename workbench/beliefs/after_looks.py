@@ -15,7 +15,7 @@ from workbench.worlds.perception import Perception
 def after_looks(belief: Belief, knowledge: Knowledge, perception: Perception) -> Belief:
     """The belief given that earlier looks into its containers did not show what is sought.
 
-    With the prior P, the chance p that one look detects, and n looks in vain:
+    With the prior P, the chance p that one look detects, and n looks that did not show the item:
 
         P (1 - p)^n / (1 - P + P (1 - p)^n)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from workbench.options import Assets, Force, Json
 from workbench.parameters import Argument, Option
@@ -330,7 +330,7 @@ def _show_compared(answer: dict[str, Any]) -> None:
 
 def _shown(value: Any) -> str:
     if isinstance(value, dict):
-        return ", ".join(f"{n} {kind}" for kind, n in value.items())  # pyright: ignore
+        return ", ".join(f"{n} {kind}" for kind, n in cast(dict[str, int], value).items())
     if isinstance(value, list):
-        return ", ".join(map(str, value)) or "-"  # pyright: ignore
+        return ", ".join(map(str, cast(list[object], value))) or "-"
     return str(value)

@@ -54,7 +54,7 @@ class GuardedStrategy:
         except TimeLimitReached:
             self.fault = f"it did not say within {task.budget_s:g} s which item types matter"
             return ()
-        except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+        except (Exception, SystemExit) as error:  # noqa: BLE001  third-party code may raise anything
             show_traceback(error)
             self.fault = exception_text(error)
             return ()
@@ -72,7 +72,7 @@ class GuardedStrategy:
         except TimeLimitReached:
             why = f"{self.name} made no decision within the planning budget"
             return _without_plan(PlanStatus.TIMED_OUT, why, self.name)
-        except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+        except (Exception, SystemExit) as error:  # noqa: BLE001  third-party code may raise anything
             show_traceback(error)
             return _without_plan(PlanStatus.SOLVER_FAILED, exception_text(error), self.name)
         return checked_decision(made, self.name)

@@ -30,8 +30,8 @@ class Localization:
 
     def facts(self) -> dict[str, object]:
         """What a log's settings say of it."""
-        told: dict[str, object] = {"waypoint": self.waypoint, "tag": self.tag, "age_s": self.age_s}
-        return {**told, "kept": True} if self.kept else told
+        facts: dict[str, object] = {"waypoint": self.waypoint, "tag": self.tag, "age_s": self.age_s}
+        return {**facts, "kept": True} if self.kept else facts
 
     def in_words(self) -> str:
         if self.kept:

@@ -97,7 +97,7 @@ class SimulatedState:
         on_shore_power: whether it is plugged in. dock: the number of the dock on which it stands; None for none.
         docks: the numbers of the docks in the site.
         licence: a license_pb2.LicenseInfo.Status.
-        arm_stalls: whether arm motions never finish. arm_mishaps: what an arm ran into for want of care, in words.
+        arm_stalls: whether arm motions never finish. arm_mishaps: what an arm ran into, in words.
         grasps_miss: how many of the next grasps close on nothing.
         no_grasp_from: a point near which no grasp succeeds: from there something is in the way; None for none.
         tag_status: the AprilTagProperties status with which items' tags are reported.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from math import hypot
+from typing import cast
 
 from workbench.errors import BadValue
 from workbench.tolerances import MIN_LENGTH_M
@@ -57,7 +58,7 @@ def walls_of(
 
 def _is_empty_material(material: object) -> bool:
     """Whether a material is empty: it is a name in older houses, and a record with a name in newer ones."""
-    name = material.get("name", "") if isinstance(material, dict) else material  # pyright: ignore
+    name = cast(dict[str, object], material).get("name", "") if isinstance(material, dict) else material
     return isinstance(name, str) and "empty" in name.lower()
 
 
