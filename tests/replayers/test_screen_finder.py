@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import shutil
 import subprocess
 import sys
@@ -106,6 +107,35 @@ def test_a_screen_that_is_missed_once_stays_blurred(tmp_path: Path, weights: str
 def test_two_pictures_of_one_moment_are_both_searched(tmp_path: Path, weights: str) -> None:
     after = copied(tmp_path, weights, [(1, picture()), (1, picture(left=5))])
     assert [stripes_left(data) < 100 for data in after] == [True, True]
+
+
+def test_what_was_blurred_is_told_as_json_by_topic(
+    tmp_path: Path, weights: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "run.mcap"
+    with log.open("wb") as stream, Writer(stream) as writer:
+        for topic, data in (
+            ("/camera/hall", picture()),
+            ("/camera/hall", b"broken"),
+            ("/camera/wall", picture(lit=False)),
+        ):
+            writer.write_message(topic, CompressedImage(data=data, format="png"), S, S)
+    words = [
+        "log",
+        "filter",
+        str(log),
+        "-o",
+        str(tmp_path / "copy.mcap"),
+        "--blur-screens",
+        "--screen-model",
+        weights,
+    ]
+    assert run([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["blurred"] == {
+        "pictures": {"/camera/hall": 1, "/camera/wall": 1},
+        "screens": {"/camera/hall": 1, "/camera/wall": 0},
+        "left_out": {"/camera/hall": 1},
+    }
 
 
 @pytest.fixture

@@ -95,7 +95,7 @@ def filter_log(
     )
     done = filtered(log, output, wanted, style, bar("filter"), change=blur)
     _report_blurred(blur)
-    _report(done, as_json)
+    _report(done, as_json, blur)
 
 
 def _report_blurred(blur: FaceBlur) -> None:
@@ -230,10 +230,11 @@ class UnknownFormat(Unsupported):
         )
 
 
-def _report(done: RewriteReport, as_json: bool) -> None:
+def _report(done: RewriteReport, as_json: bool, blur: FaceBlur | None = None) -> None:
     if as_json:
         emit_json(
             {
+                **({} if blur is None else {"blurred": blur.counts()}),
                 "outputs": [{"file": str(path), "size_bytes": path.stat().st_size} for path in done.outputs],
                 "messages": done.messages,
                 "left_out": done.dropped,

@@ -108,6 +108,17 @@ class FaceBlur:
             return _json(message, change)
         raise Unreadable
 
+    def counts(self) -> dict[str, object]:
+        """How many pictures were searched, what was found in them, and what was left out, by topic or name."""
+        searched = (("faces", self.finder, self.faces), ("texts", self.text, self.texts))
+        every = (*searched, ("screens", self.screen, self.screens))
+        found = {name: dict(sorted(count.items())) for name, finder, count in every if finder is not None}
+        return {
+            "pictures": dict(sorted(self.pictures.items())),
+            **found,
+            "left_out": dict(sorted(self.left_out.items())),
+        }
+
     def keeps(self, attachment: Attachment) -> bool:
         """Whether an attachment stays: pictures and videos are left out."""
         if attachment.media_type.startswith(("image/", "video/")):
