@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,6 @@ from spot_help import robot, run_of
 
 from recorders.spot.client.errors import NotLocalized
 from recorders.spot.run.run import first_decision, run_and_record
-from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.simulated.faults import FaultKind
 from replayers.runs.run import read
 
@@ -20,10 +18,9 @@ def test_a_robot_stays_localised_as_it_says_where_the_operator_says_so(tmp_path:
     with robot() as (spot, connection):
         connection.client("graph-nav-service").set_localization(nav_pb2.Localization(), fiducial_init=2)
         spot.state.fiducials_from_floor = False
-        asked = run_of(spot)
         with pytest.raises(NotLocalized, match="fiducial"):
-            first_decision(connection, asked)
-        trusting = replace(asked, settings=RunSettings(keep_localization=True))
+            first_decision(connection, run_of(spot))
+        trusting = run_of(spot, keep_localization=True)
         assert first_decision(connection, trusting) is not None
         report = run_and_record(connection, trusting, tmp_path / "run.mcap")
     assert report.ended.status == "done", report.ended.reason
@@ -39,4 +36,4 @@ def test_a_robot_that_is_lost_is_not_trusted() -> None:
         spot.state.fiducials_from_floor = False
         spot.inject(FaultKind.LOST_LOCALIZATION)
         with pytest.raises(NotLocalized, match="fiducial"):
-            first_decision(connection, replace(run_of(spot), settings=RunSettings(keep_localization=True)))
+            first_decision(connection, run_of(spot, keep_localization=True))

@@ -26,8 +26,9 @@ def driven(
     log: Path,
     monkeypatch: pytest.MonkeyPatch,
     press: Callable[[SpotWorld], None],
+    **settings: float,
 ) -> tuple[str, Run]:
-    """A run during which `press` is called at every wait of the world."""
+    """A run with these settings, during which `press` is called at every wait of the world."""
     real = SpotWorld.wait
 
     def wait(world: SpotWorld, seconds: float) -> None:
@@ -36,7 +37,7 @@ def driven(
         real(world, seconds)
 
     monkeypatch.setattr(SpotWorld, "wait", wait)
-    report = run_and_record(connection, run_of(spot, "pes-greedy"), log)
+    report = run_and_record(connection, run_of(spot, "pes-greedy", **settings), log)
     return str(report.ended.status), read(log)
 
 
@@ -126,7 +127,7 @@ def test_the_operators_word_is_no_detection(detected: bool, tmp_path: Path, monk
             RunKeys(world.requests, (item,), session.note).press("i")
 
     with robot(*(() if detected else ("tag-not-seen@0",))) as (spot, connection):
-        _, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press)
+        _, run = driven(spot, connection, tmp_path / "run.mcap", monkeypatch, press, sees_m=0.0)
     (look,) = [o for o in run.observations if o.container == place]
     assert item.id in {shown.id for shown in look.items}
     here = [t for t in detection_trials(run, checked=True) if t.made == LOOK and t.item_type == item.type]
