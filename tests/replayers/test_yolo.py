@@ -94,8 +94,9 @@ def test_a_screen_is_found_in_every_turn(tmp_path: Path) -> None:
     [
         (b"", "cannot be read as ONNX (no input)"),
         (b"nothing of the kind", "cannot be read as ONNX"),
-        (model([], [], tensor_type("images", (1, 3, 64, 32)), []), "and no square picture"),
-        (model([], [], tensor_type("images", (1, 8)), []), "and no square picture"),
+        (model([], [], tensor_type("images", (1, 3, 64, 32)), []), "not a square picture"),
+        (model([], [], tensor_type("images", (1, 8)), []), "not a square picture"),
+        (model([], [], tensor_type("images", (1, 3, 2**30, 2**30)), []), "of at most 4096 pixels"),
     ],
 )
 def test_what_is_no_detector_is_told(tmp_path: Path, data: bytes, said: str) -> None:
@@ -118,5 +119,8 @@ def test_an_output_of_another_shape_is_told_in_one_line(tmp_path: Path, capsys: 
 
 def test_the_shape_of_the_input_is_read_past_constants(tmp_path: Path) -> None:
     assert input_shape(yolov8(tmp_path / "v8.onnx").read_bytes()) == (1, 3, SIDE, SIDE)
+    assert input_shape(model([], [], tensor_type("images", (2**64 - 1, 3, 64, 64)), [])) == (0, 3, 64, 64), (
+        "-1 is open"
+    )
     with pytest.raises(ValueError, match="cut short"):
         input_shape(yolov8(tmp_path / "v8.onnx").read_bytes()[:-300])

@@ -12,6 +12,8 @@ Attribute = int | str | Sequence[int]
 IR_VERSION, OPERATORS = 8, 13
 _FLOAT, _INT64 = 1, 7
 """onnx.TensorProto.DataType."""
+_MAX_SIDE = 2**31 - 1
+"""A larger side is -1, which some programs write for one that is left open."""
 _INT, _TEXT, _INTS = 2, 3, 7
 """onnx.AttributeProto.AttributeType."""
 
@@ -70,7 +72,7 @@ def input_shape(data: bytes) -> tuple[int, ...]:
 
 def _side(dim: memoryview | int) -> int:
     found = [value for field, value in _fields(_message(dim)) if field == 1]
-    return int(found[0]) if found and isinstance(found[0], int) else 0
+    return int(found[0]) if found and isinstance(found[0], int) and found[0] <= _MAX_SIDE else 0
 
 
 def _named(part: memoryview | int, field: int) -> bytes:

@@ -26,6 +26,7 @@ CLASSES = 80
 STRIDES = (8, 16, 32)
 OPEN_SIDE = 640
 """The side of the input where the model leaves it open."""
+MAX_SIDE = 4096
 LONGEST = 10.0
 """The largest logarithm of a size in cells that is believed."""
 PADDING = 114
@@ -59,8 +60,10 @@ class Yolo:
         except ValueError as error:
             raise UnknownModel(path, f"it cannot be read as ONNX ({error})") from error
         rows, columns = (side or OPEN_SIDE for side in shape[2:]) if len(shape) == 4 else (0, 0)
-        if len(shape) != 4 or shape[1] not in (0, 3) or rows != columns or rows % STRIDES[-1]:
-            raise UnknownModel(path, f"its input has the shape {shape}, and no square picture")
+        if len(shape) != 4 or shape[1] not in (0, 3) or rows != columns or rows % STRIDES[-1] or rows > MAX_SIDE:
+            raise UnknownModel(
+                path, f"its input has the shape {shape}: not a square picture of at most {MAX_SIDE} pixels"
+            )
         self._cv2, self._side = cv2, rows
         self._grid = _cells(self._side)
         try:
