@@ -22,12 +22,7 @@ from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.results import Estimate
 from replayers.counterfactual.run_tree import Leaf, RunTree, zero_clock
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
-from replayers.counterfactual.strategy_traits import (
-    decision_kind,
-    looks_by,
-    search_traits,
-    uses_beliefs,
-)
+from replayers.counterfactual.strategy_traits import decision_kind, eq1_parts, looks_by, search_traits, uses_beliefs
 from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions
 from replayers.counterfactual.world_failure import failure_in_worlds
 from replayers.runs.run import Run
@@ -205,6 +200,7 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             exact_beliefs=prepared.exact_beliefs_of(planner),
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
             looks_by=looks_by(planner, evidence.task.goal),
+            parts=eq1_parts(planner),
             asked_again=budget.asked_again * budget.segments,
             traits=traits,
             durations=prepared.durations,

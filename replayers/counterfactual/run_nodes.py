@@ -6,12 +6,13 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis
 from replayers.counterfactual.logged_world import Move, MoveToLook
 from replayers.counterfactual.overlooked import PossibleContents
 from replayers.counterfactual.relevance import Answer
 from replayers.counterfactual.results import Assignment
 from workbench.execution.events import RunStatus
-from workbench.planning.strategy import Decision, View
+from workbench.planning.strategy import Decision
 from workbench.worlds.house import ContainerId, Item, ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -93,7 +94,8 @@ class Segment:
         steps, picks: how many actions and picks it takes.
         unobserved: the look at which it stops; None at the end of the run.
         ended: how the run ended; None at an unobserved look.
-        by_beliefs: the decisions in it that may have depended on beliefs, each with what it was made by.
+        by_beliefs: the decisions in it that may have depended on beliefs, each with what it was made by; None where
+            that is unknown.
         moves_to_look: its moves on which the robot may see a tag in passing; on none of them it does.
     """
 
@@ -102,7 +104,7 @@ class Segment:
     picks: int
     unobserved: UnobservedLook | None
     ended: SegmentEnd | None
-    by_beliefs: tuple[tuple[View | None, Decision], ...] = ()
+    by_beliefs: tuple[tuple[DecisionBasis | None, Decision], ...] = ()
     moves_to_look: tuple[PricedMove, ...] = ()
 
     @property

@@ -13,7 +13,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import final
 
-from replayers.counterfactual.decisions.memoized_strategy import MemoizedStrategy, StateKey
+from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis, MemoizedStrategy, StateKey
 from replayers.counterfactual.decisions.needed_items import needed_items
 from replayers.counterfactual.decisions.same_decision import SameDecision
 from replayers.counterfactual.evidence import Evidence
@@ -32,15 +32,13 @@ from replayers.counterfactual.run_nodes import (
     UnfinishedWalk,
     UnobservedLook,
 )
-from replayers.counterfactual.strategy_traits import believes_missing_only
 from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions
 from replayers.counterfactual.tree.quick_segment import QuickRun, QuickSegment, is_plain
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task
 from workbench.execution.run_end import GOAL_MET
-from workbench.planning.actions import prepares
-from workbench.planning.strategy import Decision, Strategy, View
+from workbench.planning.strategy import Decision, Strategy
 from workbench.worlds.house import ContainerId, Item, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.world import ActionDone, NotInLog
@@ -79,7 +77,8 @@ class RunTree:
         unmoved = options.static_beliefs or not options.reads_beliefs
         needed = needed_items(evidence, options.looks_by) if options.traits.fetches_nearest and unmoved else None
         self._key = StateKey(relevance, unmoved, evidence.misses_left if evidence.misses else None, needed)
-        self._memoized = MemoizedStrategy(strategy, self._key) if options.merge else None
+        self._reads_beliefs = options.reads_beliefs and not (options.static_beliefs and options.exact_beliefs)
+        self._memoized = MemoizedStrategy(strategy, self._key, watch=self._reads_beliefs) if options.merge else None
         self.planner = self._memoized or strategy
         self._estimator = estimator
         self._options = options
@@ -94,12 +93,17 @@ class RunTree:
         if options.merge and is_plain(evidence):
             self._quick = QuickRun(evidence, self.planner, estimator, seed=options.seed)
         self._same = None
-        self._missing_only = believes_missing_only(strategy)
-        if self._missing_only and options.merge and options.exact_beliefs and plain:
+        if options.merge and options.exact_beliefs and plain:
+            settled = relevance.live_and_shown
             self._same = SameDecision(
-                strategy, estimator, evidence.open, policy=options.looks_by, at_most=options.asked_again
+                strategy,
+                estimator,
+                evidence.open,
+                settled,
+                policy=options.looks_by,
+                parts=options.parts,
+                at_most=options.asked_again,
             )
-        self._reads_beliefs = options.reads_beliefs and not (options.static_beliefs and options.exact_beliefs)
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
@@ -180,7 +184,7 @@ class RunTree:
         if not by_beliefs or (self._exact_beliefs and not node.imputed):
             return True
         same = self._same
-        return same is not None and all(view is not None and same.holds(view, made) for view, made in by_beliefs)
+        return same is not None and all(basis is not None and same.holds(basis, made) for basis, made in by_beliefs)
 
     def events(self, leaf: Leaf, *, explained_by: Strategy | None = None) -> tuple[Event, ...]:
         """The events of the run that ends in a leaf, from the start and with the paths walked.
@@ -263,7 +267,7 @@ class RunTree:
             if made is not None:
                 return self._as_segment(made, node)
         world = self._world_at(node)
-        steps, picks, walked, spent, by_beliefs = 0, 0, 0.0, 0.0, list[tuple[View | None, Decision]]()
+        steps, picks, walked, spent, by_beliefs = 0, 0, 0.0, 0.0, list[tuple[DecisionBasis | None, Decision]]()
         moves: list[PricedMove] = []
         if node.walk is not None:
             world, unknown, walked = self._walked(node, node.walk)
@@ -279,8 +283,9 @@ class RunTree:
                 picks += event.success and event.step.action == "pick"
                 spent += event.cost
             elif isinstance(event, PlanMade):
-                if self._reads_beliefs and self._asks(event.made):
-                    by_beliefs.append((self._memoized.asked if self._memoized else None, event.made))
+                basis = self._memoized.basis if self._memoized else None
+                if self._by_beliefs(basis):
+                    by_beliefs.append((basis, event.made))
             elif isinstance(event, RunEnded):
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
@@ -308,15 +313,17 @@ class RunTree:
         if made.unobserved is not None:
             unobserved = self._unobserved_look(made.unobserved, made.knowledge, None)
             cost, steps = cost + self.evidence.costs.search, steps + 1
-        asked = made.decided if self._reads_beliefs else ()
         return Segment(
             cost=cost,
             steps=steps,
             picks=made.picks,
             unobserved=unobserved,
             ended=SegmentEnd(RunStatus.DONE, GOAL_MET) if unobserved is None else None,
-            by_beliefs=tuple((view, decision) for view, decision in asked if self._asks(decision)),
+            by_beliefs=tuple((basis, decision) for basis, decision in made.decided if self._by_beliefs(basis)),
         )
+
+    def _by_beliefs(self, basis: DecisionBasis | None) -> bool:
+        return self._reads_beliefs and (basis is None or bool(basis.read))
 
     def _world_at(self, node: Node) -> LoggedWorld:
         return LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge, as_recorded=self._as_driven)
@@ -334,12 +341,6 @@ class RunTree:
             return world, self._unobserved_look(answer.container, node.knowledge, walk), 0.0
         assert isinstance(answer, ActionDone), "the move was begun before"
         return world, None, answer.travel_m
-
-    def _asks(self, made: Decision) -> bool:
-        """Whether a decision can have depended on beliefs: most built-in strategies ask them for what is missing, and
-        for where to prepare things; those that simulate, always."""
-        asked = made.find_costs is not None or not self._merge or not self._missing_only
-        return asked or prepares(self.evidence.task.goal)
 
     def _events(
         self,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from workbench.planning.actions import prepares
 from workbench.planning.composed import Composed
-from workbench.planning.find_pricing import Optimistic, Pessimistic
+from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic
 from workbench.planning.solvers.protocol import BuiltIn
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import AllOf, Delivered, Goal, Holding
@@ -67,10 +67,14 @@ def looks_by(planner: Strategy, goal: Goal) -> SearchPolicy | None:
     return planner.policy if isinstance(planner.pricing, Optimistic | Pessimistic) else None
 
 
-def believes_missing_only(planner: Strategy) -> bool:
-    """Whether a strategy goes by beliefs about types that are missing, and about no others; False where that is
-    unknown. Strategies that simulate draw a world for everything that the task needs."""
-    return isinstance(planner, Composed) and not planner.find_known
+def eq1_parts(planner: Strategy) -> Composed | None:
+    """A strategy that takes the cheapest plan by Eq. 1, whose find costs of a type depend on beliefs about that type
+    alone, and obey the triangle inequality; None for others, and where that is unknown."""
+    if not isinstance(planner, Composed) or not isinstance(planner.solver, BuiltIn):
+        return None
+    if planner.find_known or planner.everywhere or planner.looks_again:
+        return None
+    return planner if isinstance(planner.pricing, Expected) and not planner.pricing.per_find else None
 
 
 def looks_nearest_first(planner: Strategy, goal: Goal) -> bool:

@@ -55,8 +55,11 @@ def test_no_other_contents_lead_to_another_belief(
         assert possible is not None
         tables = {b.probability.tobytes() for b in possible}
         assert best.believe(plain, asked).probability.tobytes() in tables
-        for count in (1, 2, 5, 12, 40):
-            more = {c: [*told[c], *rng.choice(others, size=count, replace=False)] for c in partly}
+        for most in (1, 2, 5, 12, 40) * 3:
+            counts = rng.integers(most + 1, size=len(partly))
+            more = {
+                c: [*told[c], *rng.choice(others, size=n, replace=False)] for c, n in zip(partly, counts, strict=True)
+            }
             believed = best.believe(knowledge_of(house, told | more), asked)
             assert believed.probability.tobytes() in tables
 
@@ -82,3 +85,15 @@ def test_there_is_one_belief_where_nothing_is_partly_known_and_none_where_there_
     assert best.beliefs_whatever_else(knowledge, ASKED, [house.plan.containers[0].id], at_most=1) is None
     everything = knowledge_of(house, {c.id: [] for c in house.plan.containers})
     assert len(best.beliefs_whatever_else(everything, ASKED, [house.plan.containers[0].id], at_most=1) or ()) == 1
+
+
+def test_what_other_items_raise_is_counted_together(house: House, best: BestEstimator) -> None:
+    """One number of items in one container decides on all that is fuller, and without any nothing is more alike."""
+    mug, container = ASKED[:1], house.plan.containers[2].id
+    beliefs = best.beliefs_whatever_else(knowledge_of(house, {container: []}), mug, [container], at_most=10**6)
+    house_wide, room, kind, alike = (
+        len(np.unique(best.trees.threshold[best.trees.feature == k]))
+        for k in (FULL_HOUSE, FULL_ROOM, FULL_TYPE, ALIKE)
+    )
+    assert beliefs is not None
+    assert len(beliefs) <= 1 + (house_wide + room + kind + 1) * (1 + alike)

@@ -9,7 +9,7 @@ Training is in `best.py`.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
@@ -17,7 +17,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from workbench.arrays import Bools, Floats, Floats32
+from workbench.arrays import Bools, Floats, Floats32, Ints
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.boosted_trees.trees import Trees, trees_from
 from workbench.beliefs.context import (
@@ -188,20 +188,32 @@ class _Rise(NamedTuple):
     """A value of a feature that other items may lead to.
 
     Attributes:
-        these: the open containers of one group, shape (open containers,).
+        these: the open containers that have it, shape (open containers,).
         value: what the feature rises to there; -inf where it stays as known.
-        least, most: how many other items in the searched containers of that group this takes, within SLACK.
+        takes: of a fullness, more than how many other items that takes.
     """
 
     feature: int
     these: Bools
     value: float
-    least: float = 0.0
-    most: float = np.inf
+    takes: float = 0.0
 
 
-MAX_SHARED = 20_000
-"""Limit on combinations of fullness that are looked through; in large houses they multiply."""
+class _Fullness(NamedTuple):
+    """How full the searched containers of the house, of a room or of a type are.
+
+    Attributes:
+        rises: the values that it can take, the known one first.
+        counts: which of the places of other items it counts, shape (places,).
+    """
+
+    rises: list[_Rise]
+    counts: Bools
+
+
+MAX_COUNTS = 20_000
+"""Limit on combinations of numbers of other items that are looked through; with many searched containers they
+multiply."""
 SLACK = 1e-6
 """Numbers of items are computed from logarithms; this much more or less than what is possible is still tried."""
 
@@ -213,8 +225,8 @@ def _tables_whatever_else(
 
     Trees distinguish only on which side of a threshold a value is, so that a feature has few distinct values. The
     fullness of the house is one value for all pairs; the fullness of a room or of a type concerns the containers of
-    that room or type; the most alike item concerns an item type and a room. Numbers of other items by room, and by
-    type, add up to that of the house, which excludes many combinations.
+    that room or type; the most alike item concerns an item type and a room. All of these follow from how many other
+    items are in the partly known containers of each room and type, and which: where there are none, nothing rises.
 
     Args:
         table: the features as known, shape (features, items, open containers).
@@ -223,33 +235,26 @@ def _tables_whatever_else(
     """
     if not partly_known.any():
         return [_probability(table[0] + trees.total(table.reshape(FEATURES, -1)).reshape(table.shape[1:]))]
-    searched = np.array([held is not None for held in scene.seen])
-    shared: list[list[_Rise]] = []
-    unbounded: dict[int, bool] = {}
     types = np.unique(np.array(scene.types), return_inverse=True)[1]
-    for feature, group, base in (
-        (FULL_HOUSE, np.zeros(len(searched), dtype=np.int64), 4.0),
-        (FULL_ROOM, scene.room, 2.0),
-        (FULL_TYPE, types, 2.0),
-    ):
-        fuller, left = np.unique(group[partly_known]), group[scene.open]
-        unbounded[feature] = not np.isin(fuller, left).all()
-        for one in np.intersect1d(fuller, left):
-            size = base + float(usual[searched & (group == one)].sum())
-            shared.append(_rises(feature, left == one, trees, table[:, 0], size))
-    room = scene.room[scene.open]
-    alike_in = np.intersect1d(scene.room[partly_known], room)
-    of_item = [
-        [_rises(ALIKE, room == one, trees, table[:, item]) for one in alike_in] for item in range(table.shape[1])
-    ]
-    if _combinations(shared) > MAX_SHARED:
+    places = np.unique(np.stack([scene.room, types], axis=1)[partly_known], axis=0)
+    rooms = np.intersect1d(places[:, 0], scene.room[scene.open])
+    fullness = list(_fullness(trees, table, scene, usual, types, places))
+    together = _together(fullness, [places[:, 0] == one for one in rooms])
+    if together is None:
         return None
-    together = [raised for raised in product(*shared) if _add_up(raised, unbounded)]
-    if len(together) * max(map(_combinations, of_item)) > at_most:
+    room = scene.room[scene.open]
+    alike = [[_rises(ALIKE, room == one, trees, table[:, k]) for one in rooms] for k in range(table.shape[1])]
+    if len(together) > at_most:
         return None
     found: dict[bytes, Floats] = {}
-    for raised in together:
-        rows = [_rows(trees, table[:, k], raised, own) for k, own in enumerate(of_item)]
+    by_rooms: dict[tuple[bool, ...], list[Floats]] = {}
+    for raised, others in together:
+        if others not in by_rooms:
+            own = [[rises if other else rises[:1] for rises, other in zip(of, others, strict=True)] for of in alike]
+            if max(map(_combinations, own)) > at_most:
+                return None
+            by_rooms[others] = [_alike_rows(table[:, k], of) for k, of in enumerate(own)]
+        rows = [_rows(trees, table[:, k], raised, of) for k, of in enumerate(by_rooms[others])]
         if len(found) + prod(map(len, rows)) > at_most:
             return None
         for one in product(*rows):
@@ -258,7 +263,29 @@ def _tables_whatever_else(
     return list(found.values())
 
 
-def _rises(feature: int, these: Bools, trees: Trees, known: Floats, size: float | None = None) -> list[_Rise]:
+def _fullness(
+    trees: Trees, table: Floats, scene: ObservedScene, usual: Floats, types: Ints, places: Ints
+) -> Iterator[_Fullness]:
+    """The values of fullness that other items can raise, where they concern an open container.
+
+    Args:
+        types: int64, shape (containers,), the index of each container's type.
+        places: rooms and types of partly known containers, shape (places, 2), each pair once.
+    """
+    searched = np.array([held is not None for held in scene.seen])
+    house = np.zeros(len(searched), dtype=np.int64)
+    for feature, group, of_place, base in (
+        (FULL_HOUSE, house, 0 * places[:, 0], 4.0),
+        (FULL_ROOM, scene.room, places[:, 0], 2.0),
+        (FULL_TYPE, types, places[:, 1], 2.0),
+    ):
+        left = group[scene.open]
+        for one in np.intersect1d(of_place, left):
+            size = base + float(usual[searched & (group == one)].sum())
+            yield _Fullness(_rises(feature, left == one, trees, table[:, 0], size), of_place == one)
+
+
+def _rises(feature: int, these: Bools, trees: Trees, known: Floats, size: float = 1.0) -> list[_Rise]:
     """The values that a feature can take in some open containers, the known one first.
 
     Args:
@@ -268,46 +295,103 @@ def _rises(feature: int, these: Bools, trees: Trees, known: Floats, size: float 
     cuts = np.unique(trees.threshold[trees.feature == feature])
     value = float(known[feature, these].min())
     above = [float(cut) for cut in cuts if cut >= value]
-    if size is None:
-        return [
-            _Rise(feature, these, -np.inf),
-            *(_Rise(feature, these, float(np.nextafter(c, np.inf))) for c in above),
-        ]
-    takes = [0.0, *(size * (float(np.exp(cut)) - float(np.exp(value))) for cut in above), np.inf]
-    values = [-np.inf, *(float(np.nextafter(cut, np.inf)) for cut in above)]
-    return [_Rise(feature, these, v, takes[k], takes[k + 1]) for k, v in enumerate(values)]
+    return [
+        _Rise(feature, these, -np.inf),
+        *(
+            _Rise(feature, these, float(np.nextafter(cut, np.inf)), size * float(np.exp(cut) - np.exp(value)))
+            for cut in above
+        ),
+    ]
 
 
-def _add_up(raised: Sequence[_Rise], unbounded: Mapping[int, bool]) -> bool:
-    """Whether the numbers of other items that values of fullness take can add up to that of the house.
+def _together(
+    fullness: Sequence[_Fullness], in_rooms: Sequence[Bools]
+) -> list[tuple[tuple[_Rise, ...], tuple[bool, ...]]] | None:
+    """Which values of fullness occur together, and in which rooms there are other items then; None where there are
+    too many numbers of other items.
 
     Args:
-        unbounded: by feature, whether some group may hold any number, since nothing in it is left to search.
+        in_rooms: for each room, which places are in it, shape (places,).
     """
-    (house,) = (rise for rise in raised if rise.feature == FULL_HOUSE)
-    for feature in (FULL_ROOM, FULL_TYPE):
-        those = [rise for rise in raised if rise.feature == feature]
-        most = np.inf if unbounded[feature] else sum(rise.most for rise in those)
-        if sum(rise.least for rise in those) > house.most + SLACK or most < house.least - SLACK:
-            return False
-    return True
+    passed = [
+        *(_passed([rise.takes for rise in each.rises[1:]]) for each in fullness),
+        *(_passed([0.5]) for _ in in_rooms),
+    ]
+    counts = np.stack([*(each.counts for each in fullness), *in_rooms])
+    enough = np.array([len(each.least) - 1 for each in passed])
+    numbers = np.zeros((1, len(counts)), dtype=np.int64)
+    for k, place in enumerate(counts.T):
+        items = np.arange(int(enough[place].max(initial=0)) + 1)
+        if len(numbers) * len(items) > MAX_COUNTS:
+            return None
+        numbers = np.minimum(numbers[:, None, :] + items[:, None] * place, enough).reshape(-1, len(counts))
+        for which in np.flatnonzero(place & ~counts[:, k + 1 :].any(axis=1)):  # no later place adds to it
+            numbers[:, which] = passed[which].alike[numbers[:, which]]
+        numbers = np.unique(numbers, axis=0)
+    found: dict[tuple[int, ...], None] = {}
+    for row in numbers.tolist():
+        which = [range(int(each.least[n]), int(each.most[n]) + 1) for each, n in zip(passed, row, strict=True)]
+        found.update(dict.fromkeys(product(*which)))
+    return [
+        (
+            tuple(each.rises[k] for each, k in zip(fullness, chosen, strict=False)),
+            tuple(k > 0 for k in chosen[len(fullness) :]),
+        )
+        for chosen in found
+    ]
+
+
+class _Passed(NamedTuple):
+    """Which thresholds numbers of items pass, from none to as many as pass all; int64, shape (numbers,).
+
+    Attributes:
+        least, most: how many thresholds that are, within SLACK.
+        alike: the least number that passes as many.
+    """
+
+    least: Ints
+    most: Ints
+    alike: Ints
+
+
+def _passed(takes: Sequence[float]) -> _Passed:
+    """
+    Args:
+        takes: thresholds, ascending; a number passes one if it is larger.
+    """
+    numbers = np.arange(int(max(takes, default=-1.0) + SLACK) + 2)
+    least = np.searchsorted(takes, numbers - SLACK)
+    most = np.searchsorted(takes, numbers + SLACK, side="right")
+    _, first, which = np.unique(np.stack([least, most]), axis=1, return_index=True, return_inverse=True)
+    return _Passed(least, most, first[which])
 
 
 def _combinations(choices: Sequence[Sequence[_Rise]]) -> int:
     return prod(map(len, choices))
 
 
-def _rows(
-    trees: Trees, known: Floats, raised: tuple[_Rise, ...], own: Sequence[Sequence[_Rise]]
-) -> list[tuple[float, ...]]:
-    """The distinct probabilities of one item in the open containers, for given values of the shared features."""
-    columns = []
-    for more in product(*own):
-        column = known.copy()
-        for rise in (*raised, *more):
-            at = rise.feature, rise.these
-            column[at] = np.maximum(column[at], rise.value)
-        columns.append(column)
-    made = np.concatenate(columns, axis=1)
-    p = _probability(made[0] + trees.total(made)).reshape(len(columns), -1)
+def _alike_rows(known: Floats, own: Sequence[Sequence[_Rise]]) -> Floats:
+    """How alike the most alike items may be, for every combination of other items in the rooms; shape (combinations,
+    open containers)."""
+    rows = np.repeat(known[ALIKE][None], _combinations(own), axis=0)
+    for row, more in zip(rows, product(*own), strict=True):
+        for rise in more:
+            row[rise.these] = np.maximum(row[rise.these], rise.value)
+    return rows
+
+
+def _rows(trees: Trees, known: Floats, raised: tuple[_Rise, ...], alike: Floats) -> list[tuple[float, ...]]:
+    """The distinct probabilities of one item in the open containers, for given values of the shared features.
+
+    Args:
+        alike: how alike the most alike items are, shape (combinations, open containers).
+    """
+    column = known.copy()
+    for rise in raised:
+        at = rise.feature, rise.these
+        column[at] = np.maximum(column[at], rise.value)
+    columns = np.repeat(column[:, None, :], len(alike), axis=1)
+    columns[ALIKE] = alike
+    made = columns.reshape(len(known), -1)
+    p = _probability(made[0] + trees.total(made)).reshape(len(alike), -1)
     return list(dict.fromkeys(map(tuple, p.tolist())))

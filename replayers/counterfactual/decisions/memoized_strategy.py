@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import final
 
 from replayers.counterfactual.decisions.needed_items import NeededItems
+from replayers.counterfactual.decisions.watched_belief import Read, decide_watched
 from replayers.counterfactual.relevance import Relevance
 from workbench.caches import Cache
 from workbench.planning.strategy import Decision, Strategy, View
@@ -54,23 +55,40 @@ class StateKey:
         return knowledge.where(item_type) if self.needed is None else self.needed.of(item_type, knowledge)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DecisionBasis:
+    """What a decision was made by.
+
+    Attributes:
+        view: all that the strategy was shown.
+        read: of the view's belief, the item types whose rows the strategy read.
+    """
+
+    view: View
+    read: Read
+
+
 @final
 class MemoizedStrategy:
     """A strategy that is asked once for each state that it can distinguish.
 
+    Args:
+        watch: whether to note which beliefs it reads; otherwise it counts as reading none.
+
     Attributes:
-        asked: the view of the last decision.
+        basis: that of the last decision; None before the first.
         ambiguous: since this was last set to False, several plans were equally good in some state, so that what the
             key leaves out decided.
     """
 
-    def __init__(self, strategy: Strategy, key: StateKey) -> None:
+    def __init__(self, strategy: Strategy, key: StateKey, *, watch: bool) -> None:
         self._strategy = strategy
         self._key = key
         self._key_of_all = replace(key, needed=None)
-        self._made: Cache[Hashable, tuple[Decision, bool]] = Cache(MAX_CACHED_DECISIONS)
-        self._apart: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
-        self.asked: View | None = None
+        self._watch = watch
+        self._made: Cache[Hashable, tuple[Decision, Read, bool]] = Cache(MAX_CACHED_DECISIONS)
+        self._apart: Cache[Hashable, tuple[Decision, Read]] = Cache(MAX_CACHED_DECISIONS)
+        self.basis: DecisionBasis | None = None
         self.ambiguous = False
 
     @property
@@ -81,13 +99,16 @@ class MemoizedStrategy:
         return self._strategy.relevant_types(task)
 
     def decide(self, view: View) -> Decision:
-        self.asked = view
-        made, clear = self._made.get(self._key(view.knowledge), lambda: self._decide(view))
-        if clear:
-            return made
-        self.ambiguous = True
-        return self._apart.get(self._key_of_all(view.knowledge), lambda: self._strategy.decide(view))
+        made, read, clear = self._made.get(self._key(view.knowledge), lambda: self._decide(view))
+        if not clear:
+            self.ambiguous = True
+            made, read = self._apart.get(self._key_of_all(view.knowledge), lambda: self._ask(view))
+        self.basis = DecisionBasis(view=view, read=read)
+        return made
 
-    def _decide(self, view: View) -> tuple[Decision, bool]:
+    def _decide(self, view: View) -> tuple[Decision, Read, bool]:
         needed = self._key.needed
-        return self._strategy.decide(view), needed is None or needed.one_plan_is_best(view.knowledge)
+        return *self._ask(view), needed is None or needed.one_plan_is_best(view.knowledge)
+
+    def _ask(self, view: View) -> tuple[Decision, Read]:
+        return decide_watched(self._strategy, view) if self._watch else (self._strategy.decide(view), ())

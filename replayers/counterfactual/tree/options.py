@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.strategy_traits import UNKNOWN, SearchTraits
+from workbench.planning.composed import Composed
 from workbench.search.policy import SearchPolicy
 
 MAX_STEPS = 500
@@ -26,6 +27,7 @@ class TreeOptions:
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
         looks_by: of a strategy whose plans go by distance alone: the policy by which it looks.
+        parts: of a strategy whose plans go by find costs of each type alone: what it is made of.
         asked_again: how often it is asked again what it would do had the open containers held something else
             (same_decision.py).
         traits: what is known of its runs, for bounds.
@@ -40,6 +42,7 @@ class TreeOptions:
     exact_beliefs: bool = True
     reads_beliefs: bool = True
     looks_by: SearchPolicy | None = None
+    parts: Composed | None = None
     asked_again: int = 0
     traits: SearchTraits = UNKNOWN
     durations: Durations = SIMULATED

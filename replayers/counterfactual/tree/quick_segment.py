@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
+from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis, MemoizedStrategy
 from replayers.counterfactual.evidence import Evidence
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.guarded_estimator import EstimatorFailed
@@ -32,7 +33,7 @@ class QuickSegment:
         cost: without that look.
         steps, picks: how many actions and picks it takes, without that look.
         unobserved: the container of that look; None where the goal is met.
-        decided: its decisions, each with what it was made by.
+        decided: its decisions, each with what it was made by; None where that is unknown.
     """
 
     knowledge: Knowledge
@@ -40,7 +41,7 @@ class QuickSegment:
     steps: int
     picks: int
     unobserved: ContainerId | None
-    decided: list[tuple[View, Decision]]
+    decided: list[tuple[DecisionBasis | None, Decision]]
 
 
 def is_plain(evidence: Evidence) -> bool:
@@ -54,7 +55,7 @@ class QuickRun:
     """Runs of one strategy over a plain log.
 
     Args:
-        planner: a built-in strategy, which may be asked twice for the same view.
+        planner: a built-in strategy.
     """
 
     def __init__(self, evidence: Evidence, planner: Strategy, estimator: Estimator, *, seed: int) -> None:
@@ -91,7 +92,8 @@ class QuickRun:
             perception=PERFECT,
         )
         decision = self._planner.decide(view)
-        made.decided.append((view, decision))
+        basis = self._planner.basis if isinstance(self._planner, MemoizedStrategy) else None
+        made.decided.append((basis, decision))
         solved = decision.plan.status is PlanStatus.SOLVED and bool(decision.plan.steps)
         return decision if solved and not decision.look_on_the_way else None
 

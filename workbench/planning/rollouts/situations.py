@@ -46,8 +46,7 @@ class Delivery:
     @property
     def open(self) -> tuple[int, ...]:
         """Indices of the wants that are neither met nor in hand."""
-        s = self.situation
-        return tuple(k for k in range(len(self.wants)) if not s.done >> k & 1 and k != s.hand)
+        return _left(len(self.wants), self.situation.done, self.situation.hand)
 
 
 def delivery_of(view: View) -> Delivery | None:
@@ -66,12 +65,13 @@ def delivery_of(view: View) -> Delivery | None:
     held = knowledge.holding
     if len(set(types)) < len(types) or len(wants) > MAX_WANTS or (held is not None and held.type not in types):
         return None
-    here = search_space(view.belief.only(types), travel, origins=(knowledge.robot_at,), targets=())
-    if not here.containers or not all(travel.reaches(want.at) for want in wants):
-        return None
     done = sum(1 << k for k, want in enumerate(wants) if _is_met(want, view))
     hand = -1 if held is None else types.index(held.type)
     if hand >= 0 and done >> hand & 1:
+        return None
+    believed = view.belief.only(tuple(types[k] for k in _left(len(wants), done, hand)))
+    here = search_space(believed, travel, origins=(knowledge.robot_at,), targets=())
+    if not here.containers or not all(travel.reaches(want.at) for want in wants):
         return None
     standing = [[travel.index(at) for at, _ in knowledge.where(t) if travel.reaches(at)] for t in types]
     exists = [not view.task.available or t in view.task.available for t in types]
@@ -91,6 +91,11 @@ def delivery_of(view: View) -> Delivery | None:
     return Delivery(wants=wants, containers=here.containers, situation=situation)
 
 
+def _left(wants: int, done: int, hand: int) -> tuple[int, ...]:
+    """Which wants are neither met nor in hand."""
+    return tuple(k for k in range(wants) if not done >> k & 1 and k != hand)
+
+
 def _is_met(want: Delivered, view: View) -> bool:
     return any(item.type == want.item_type for item in view.knowledge.items_at.get(want.at, ()))
 
@@ -106,8 +111,9 @@ def _situation(
     standing: list[list[int]],
     sought: Bools,
 ) -> DeliveryState:
+    """The arrays; `here` has a row of probabilities for each want that is left."""
     travel, costs = view.knowledge.travel, view.costs
-    wants, n = here.probability.shape
+    wants, n = len(targets), len(here.containers)
     at = travel.rows(here.containers).astype(np.int64)
     to_m = travel.metres[at[:, None], targets]
     count = min(CANDIDATES, n)
@@ -117,15 +123,12 @@ def _situation(
     chance, beyond = np.zeros((wants, n)), np.zeros(wants)
     for k in range(wants):
         known[k, : len(standing[k])] = standing[k]
+    for k, probability in zip(_left(wants, done, hand), here.probability, strict=True):
         if not sought[k]:
-            chance[k] = (
-                0.0 if k == hand or done >> k & 1 else np.minimum(_possible(here.probability[k]), MAX_PROBABILITY)
-            )
+            chance[k] = np.minimum(_possible(probability), MAX_PROBABILITY)
             continue
         lengths = here.from_m[0].tobytes(), to_m[:, k].tobytes(), here.between_m.tobytes()
-        one = _missing_item_rows(
-            here.probability[k].tobytes(), *lengths, look=costs.search, handle=costs.manipulation
-        )
+        one = _missing_item_rows(probability.tobytes(), *lengths, look=costs.search, handle=costs.manipulation)
         chance[k], candidates[k], missing[k], onward[k], beyond[k] = one
         number[k, one.candidates] = np.arange(count)
     return DeliveryState(
