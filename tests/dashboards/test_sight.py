@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import MappingProxyType
+from unittest.mock import Mock, create_autospec
 
 import msgspec
 import numpy as np
 import pytest
+import viser
 from toy import COUNTER, TABLE, toy_plan
 from toy_run import ns, toy_run
 
@@ -18,6 +20,7 @@ from dashboards.model.scene import scene_at
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.now import legend, run_signs
+from dashboards.viser_app.drawing.sight_layer import SightLayer
 from workbench.log_schema.events import SeenInPassing
 
 INDEX = {c.id: i for i, c in enumerate(toy_plan().containers)}
@@ -55,6 +58,27 @@ def test_what_was_seen_in_passing_appears_at_its_moment_with_its_viewpoint() -> 
     assert (table.container, table.viewpoint) == (INDEX[TABLE], (1.0, 2.0))
     _, counter = seen_in_passing(timeline, ns(7.0))
     assert (counter.container, counter.viewpoint) == (INDEX[COUNTER], (2.0, 2.4))
+
+
+def test_the_dashboard_draws_the_field_and_what_was_seen_and_hides_them() -> None:
+    """As the dashboard calls Viser; how it looks in a browser is for test_sight_in_chromium."""
+    parts: dict[str, Mock] = {}
+    view = create_autospec(viser.SceneApi, instance=True)
+    for add in (view.add_mesh_simple, view.add_line_segments, view.add_batched_meshes_simple):
+        add.side_effect = lambda name, *_, visible=True, **__: parts.setdefault(name, Mock(visible=visible))
+    timeline, layer = passing(), SightLayer(view)
+    layer.open([(1.0, 1.0, 1.0)] * len(INDEX))
+    early, late = scene_at(timeline, ns(1.0)), scene_at(timeline, ns(8.0))
+    seen: list[tuple[set[str], int]] = []
+    for scene, visible in ((early, True), (late, True), (late, False), (late, True)):
+        layer.show(timeline, scene, visible=visible)
+        shown = {name.removeprefix("/sight/") for name, part in parts.items() if part.visible}
+        seen.append((shown, len(parts["/sight/eyes"].batched_positions)))
+    everything = {"field", "outline", "eyes", "dots"}
+    assert seen == [(everything, 1), (everything, 2), (set(), 2), (everything, 2)]
+    outline = sight_outline(timeline, (late.robot.x_m, late.robot.y_m))
+    assert outline is not None
+    assert parts["/sight/outline"].points[:, 0, :2] == pytest.approx(outline, abs=1e-5)
 
 
 def test_what_was_seen_in_passing_is_not_counted_as_searched() -> None:

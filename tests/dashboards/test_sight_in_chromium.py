@@ -63,6 +63,7 @@ def _still(page: Page) -> bytes:
     return until_seen(page, same)
 
 
+@pytest.mark.ci
 def test_the_dashboard_draws_the_sight_and_its_layer_can_be_hidden(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     record(path, house="houses:3", find="book", estimator="counts", sees=2.5)
