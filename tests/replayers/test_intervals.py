@@ -11,6 +11,7 @@ from replayers.counterfactual.bounds.bounds import Bounds, Budget
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.relevance import Assumptions
 from replayers.counterfactual.replay import PreparedLog, ReplaySettings, prepare_log, run_tree_of
+from replayers.counterfactual.results import Proof
 from replayers.runs.run import read
 from workbench.planning.strategies import strategy
 
@@ -46,3 +47,12 @@ def test_bounds_are_nested_in_the_budget(log: str, name: str, assumptions: Assum
         assert after.upper <= before.upper + ROUNDING
         assert after.least_found <= before.least_found + ROUNDING
         assert after.largest_found >= before.largest_found - ROUNDING
+
+
+def test_a_search_that_will_not_end_within_its_budget_ends_early() -> None:
+    """Three times as many segments left the same upper bound."""
+    tree = run_tree_of(prepared("deliver-3", Assumptions()), strategy("scout-lios"))
+    bounds = bounds_of(tree, budget=Budget(segments=400))
+    assert bounds.upper == pytest.approx(1024.9799, abs=1e-4)
+    assert bounds.upper_proof is Proof.STRAIGHT
+    assert bounds.segments < 60

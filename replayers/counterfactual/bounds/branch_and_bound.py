@@ -36,6 +36,9 @@ Branches = list[tuple[float, Node]]
 
 NEARLY_DONE = 0.25
 """As a share of the budget: with fewer branches left that could cost most, it is worth going on."""
+HOPELESS, ENOUGH_TO_TELL = 0.5, 40
+"""As a share of the budget, after so many segments: with more branches left that could cost most, few searches end
+within it."""
 
 
 def bounds_of(
@@ -100,8 +103,8 @@ class BoundSearch:
                 if (known := self._largest_known()) is not None:
                     self._expand_below(known)
                     continue
-                if self._open_maxima() > limit - spent:
-                    break  # the maximum is certain only when each of these was followed: not worth trying
+                if self._is_hopeless(spent, limit):
+                    break
             self._descend(side)
         return self._result()
 
@@ -123,6 +126,12 @@ class BoundSearch:
             (low_open and least <= low + NEAR_COST) or (high_open and most >= high - NEAR_COST)
             for least, most in self._barred
         )
+
+    def _is_hopeless(self, spent: int, limit: int) -> bool:
+        """Whether the largest cost will hardly be certain within the limit: each branch that could still cost more
+        must be followed, and from most of them others go on."""
+        waiting = self._open_maxima()
+        return waiting > limit - spent or (spent >= ENOUGH_TO_TELL and waiting > HOPELESS * limit)
 
     def _limit(self, spent: int) -> int:
         """How many segments the search may take: the budget, and as many again where few branches are left that could
