@@ -9,27 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from own_planner import write_planner
 from terminal_session import TerminalSession
 
 LOG = Path(__file__).parents[1] / "logs" / "find-lios.mcap"
 SCRIPTS = Path(sys.executable).parent
-PLANNER = """
-from workbench.planning.strategies import strategy
-
-
-class Mine:
-    name = "mine"
-
-    def __init__(self):
-        self._like = strategy("opt-greedy")
-
-    def relevant_types(self, task):
-        return self._like.relevant_types(task)
-
-    def decide(self, view):
-        breakpoint()
-        return self._like.decide(view)
-"""
 REPLAY = [sys.executable, "-m", "workbench", "replay", str(LOG), "-s", "mine:Mine", "--in-process", "--worlds", "0"]
 PDB = "(Pdb) "
 
@@ -42,7 +26,7 @@ def environment() -> dict[str, str]:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "mine.py").write_text(PLANNER, encoding="utf-8")
+    write_planner(tmp_path / "mine.py", first="breakpoint()")
     return tmp_path
 
 

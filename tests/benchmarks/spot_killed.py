@@ -37,15 +37,7 @@ def walking_run(folder: Path, options: Sequence[str] = ()) -> Iterator[tuple[Sim
     home = load_site("paper_home")
     site, house = site_and_house(home, pick_configuration(home, "A"))
     with SimulatedSpot(site, house, clock=RunningClock()) as robot:
-        certificate = robot.write_certificate(folder / "robot.pem")
-        there = [
-            "--robot",
-            f"{robot.address}:{robot.port}",
-            "--certificate",
-            str(certificate),
-            "--site",
-            "paper_home",
-        ]
+        there = robot.options(robot.write_certificate(folder / "robot.pem"))
         how = ["--strategy", "pes-greedy", "--estimator", "counts", "--own-estop", "--furniture-open"]
         process = subprocess.Popen(
             [

@@ -87,15 +87,7 @@ def apply_fault(mishap: Mishap, log: Path) -> Told:
     site, house = site_and_house(home, pick_configuration(home, "A"))
     faults = read_faults(mishap.faults)
     with SimulatedSpot(site, house, clock=RunningClock(speed_up=SPEED_UP), faults=faults) as robot:
-        certificate = robot.write_certificate(log.with_suffix(".pem"))
-        there = [
-            "--robot",
-            f"{robot.address}:{robot.port}",
-            "--certificate",
-            str(certificate),
-            "--site",
-            "paper_home",
-        ]
+        there = robot.options(robot.write_certificate(log.with_suffix(".pem")))
         how = ["--strategy", "pes-greedy", "--estimator", "counts", "--own-estop", "--furniture-open", "--look", "1"]
         how += ["--stop-within", "2"]  # the body is five times as fast, the network is not
         command = [*LIOS, "spot", "run", *there, *how, *mishap.options, "--force", "-o", str(log)]

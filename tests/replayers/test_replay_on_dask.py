@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from own_planner import write_planner
 
 from workbench import cli
 
@@ -12,22 +13,6 @@ pytest.importorskip("distributed", reason="dask.distributed is not installed")
 pytestmark = pytest.mark.filterwarnings("ignore")
 
 LOGS = Path(__file__).resolve().parents[2] / "logs"
-PLANNER = """
-from workbench.planning.strategies import strategy
-
-
-class Mine:
-    name = "mine"
-
-    def __init__(self):
-        self._like = strategy("opt-greedy")
-
-    def relevant_types(self, task):
-        return self._like.relevant_types(task)
-
-    def decide(self, view):
-        return self._like.decide(view)
-"""
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
@@ -39,7 +24,7 @@ def test_two_workers_write_what_this_process_writes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "my_planner.py").write_text(PLANNER)
+    write_planner(tmp_path / "my_planner.py")
     logs = [str(LOGS / f"{name}.mcap") for name in ("find-lios", "spot-home-B")]
     words = ["replay", *logs, "-s", "model-lios,my_planner:Mine", "--worlds", "10", "--json"]
     assert cli.run([*words, "-j", "1", "-o", "here"]) == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -87,7 +88,7 @@ def simulate(
         try:
             say(f"A simulated Spot in {place.name}, configuration {configuration}, at {robot.address}:{robot.port}")
             say(f"Certificate: {certificate}. User: {robot.username}, password: {robot.password}. Ctrl-C ends it.")
-            say(f"Next: lios spot run --robot {robot.address}:{robot.port} --certificate {certificate} --site {site}")
+            say(f"Next: lios spot run {shlex.join(robot.options(certificate, site))}")
             ends = None if for_s is None else time.monotonic() + for_s
             while ends is None or time.monotonic() < ends:
                 time.sleep(0.1)

@@ -24,11 +24,7 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Sim
     monkeypatch.setenv("BOSDYN_CLIENT_USERNAME", "user")
     monkeypatch.setenv("BOSDYN_CLIENT_PASSWORD", "simulated")
     with SimulatedSpot(site, house, clock=RunningClock(speed_up=30)) as spot:
-        certificate = spot.write_certificate(tmp_path / "robot.pem")
-        yield (
-            spot,
-            ["--robot", f"{spot.address}:{spot.port}", "--certificate", str(certificate), "--site", "paper_home"],
-        )
+        yield spot, spot.options(spot.write_certificate(tmp_path / "robot.pem"))
 
 
 def test_site_check(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

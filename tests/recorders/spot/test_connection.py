@@ -55,8 +55,7 @@ def test_wrong_passwords_lock_the_user_out_and_each_is_one_line(tmp_path: Path) 
 def there(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[str]]:
     """A simulated robot, and the options that lead to it."""
     with SimulatedSpot(*placed(), clock=RunningClock(speed_up=30)) as spot:
-        certificate = spot.write_certificate(tmp_path_factory.mktemp("robot") / "robot.pem")
-        yield ["--robot", f"{spot.address}:{spot.port}", "--certificate", str(certificate), "--site", "paper_home"]
+        yield spot.options(spot.write_certificate(tmp_path_factory.mktemp("robot") / "robot.pem"))
 
 
 @pytest.fixture
@@ -108,8 +107,7 @@ def test_a_robot_of_older_software_is_checked_and_nothing_but_the_answer_is_prin
 ) -> None:
     release = SoftwareVersion.read("--software", software)
     with SimulatedSpot(*placed(), clock=RunningClock(speed_up=30), software=release) as spot:
-        certificate = spot.write_certificate(tmp_path / "robot.pem")
-        where = ["--robot", f"{spot.address}:{spot.port}", "--certificate", str(certificate), "--site", "paper_home"]
+        where = spot.options(spot.write_certificate(tmp_path / "robot.pem"))
         assert run(["spot", "check", *where, "--own-estop", "--json"]) == 0
     answer = json.loads(capfd.readouterr().out)
     found = {finding["subject"]: finding["text"] for finding in answer["findings"]}

@@ -174,12 +174,10 @@ def test_a_session_is_recorded_with_the_detector_that_its_site_chooses(
     monkeypatch.setenv("BOSDYN_CLIENT_PASSWORD", "simulated")
     log = tmp_path / "s.mcap"
     with SimulatedSpot(site, replace(house, plan=site.plan), clock=RunningClock()) as spot:
-        certificate = str(spot.write_certificate(tmp_path / "robot.pem"))
+        there = spot.options(spot.write_certificate(tmp_path / "robot.pem"), tmp_path / "home")
         pose = site.paths.standing_pose(LocationId(TABLE))
         assert pose is not None
         spot.state.body.pose, spot.state.body.standing, spot.state.localized = pose, True, True
-        there = ["--robot", f"{spot.address}:{spot.port}", "--certificate", certificate]
-        there += ["--site", str(tmp_path / "home")]
         assert lios(["spot", "record", *there, "-o", str(log), "--for", "1.5", "--json"]) == 0
         assert json.loads(capsys.readouterr().out)["taken"]["tag pictures"] >= 1
         monkeypatch.setitem(sys.modules, "cv2", None)
@@ -204,8 +202,8 @@ def test_sessions_and_runs_find_items_in_their_containers_by_our_detector_alone(
     session, run = tmp_path / "session.mcap", tmp_path / "run.mcap"
     for log, speed_up in ((session, 1.0), (run, 10.0)):
         with SimulatedSpot(site, house, clock=RunningClock(speed_up=speed_up)) as spot:
-            there = ["--robot", f"{spot.address}:{spot.port}", "--site", str(tmp_path / "home"), "-o", str(log)]
-            there += ["--certificate", str(spot.write_certificate(tmp_path / "robot.pem")), "--images-hz", "0"]
+            there = spot.options(spot.write_certificate(tmp_path / "robot.pem"), tmp_path / "home")
+            there += ["-o", str(log), "--images-hz", "0"]
             if log == session:
                 pose = site.paths.standing_pose(LocationId(TABLE))
                 assert pose is not None

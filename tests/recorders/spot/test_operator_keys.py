@@ -79,8 +79,7 @@ def terminal(*arguments: str, folder: Path, speed_up: float = 1.0) -> Iterator[t
             "BOSDYN_CLIENT_PASSWORD": "simulated",
             "NO_COLOR": "1",
         }
-        there = ["--robot", f"{spot.address}:{spot.port}", "--certificate", str(certificate), "--site", "paper_home"]
-        window = Terminal([*arguments, *there], environment)
+        window = Terminal([*arguments, *spot.options(certificate)], environment)
         try:
             yield window, spot
         finally:

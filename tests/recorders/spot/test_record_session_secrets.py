@@ -42,8 +42,7 @@ def test_nothing_of_a_login_is_in_a_log(
     log = tmp_path / "log.mcap"
     clock = RunningClock(speed_up=30)
     with SimulatedSpot(site, house, clock=clock, login=Credentials(username=USER, password=PASSWORD)) as spot:
-        certificate = spot.write_certificate(tmp_path / "robot.pem")
-        there = ["--robot", f"{spot.address}:{spot.port}", "--certificate", str(certificate), "--site", "paper_home"]
+        there = spot.options(spot.write_certificate(tmp_path / "robot.pem"))
         how = {
             "record": ["--for", "1.5", "--state-hz", "20"],
             "run": ["--estimator", "counts", "--look", "0.3", "--own-estop"],

@@ -223,8 +223,7 @@ def test_the_command_writes_a_log_that_names_the_old_one(
     with robot(clock=RunningClock(speed_up=60)) as (spot, connection):
         log = tmp_path / "run.mcap"
         interrupted(spot, connection, log, lambda done: done.step.action == "search")
-        certificate = spot.write_certificate(tmp_path / "robot.pem")
-        there = ["--robot", f"{spot.address}:{spot.port}", "--certificate", str(certificate), "--site", "paper_home"]
+        there = spot.options(spot.write_certificate(tmp_path / "robot.pem"))
         options = ["--own-estop", "--furniture-open", "--look", "0.3", "--images-hz", "0"]
         assert lios(["spot", "resume", str(log), *there, "--dry-run"]) == 0
         assert "Plan 1 (start)" in capsys.readouterr().err

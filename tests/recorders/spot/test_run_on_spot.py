@@ -90,16 +90,16 @@ def test_a_robot_that_starts_elsewhere_starts_from_there(tmp_path: Path) -> None
 
 FAULTS = {
     "lost-lease@20": ("aborted", "lease was lost"),
-    "estop@20": ("aborted", "impaired"),
     "stuck@20+8": ("done", ""),
-    "stuck@20": (None, "stuck"),
+    "estop@20": ("aborted", "impaired"),
     "lost-localization@20": ("done", ""),
+    "stuck@20": (None, "stuck"),
     "tag-not-seen@0": ("nothing-left-to-search", ""),
     "clock-skew@20+4": ("done", ""),
 }
 
 
-@pytest.mark.ci_but(4)
+@pytest.mark.ci_but(3)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_failures_during_a_run(fault: str, tmp_path: Path) -> None:
     status, reason = FAULTS[fault]

@@ -154,6 +154,10 @@ class SimulatedSpot:
         path.write_bytes(self.certificate_pem)
         return path
 
+    def options(self, certificate: Path, site: Path | str = "paper_home") -> list[str]:
+        """The options by which a command reaches this robot: its address, a written certificate, a site."""
+        return ["--robot", f"{self.address}:{self.port}", "--certificate", str(certificate), "--site", str(site)]
+
     def close(self) -> None:
         """Stop the server. Safe to call twice."""
         self._stopped = True
