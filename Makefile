@@ -31,15 +31,15 @@ demo: $(VENV)/.installed
 
 test: $(VENV)/.installed-test
 	bash .ci/chromium
-	$(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup -m "not slow and not ci"
+	$(BIN)/pytest -W error -n $(WORKERS) -m "not slow and not ci"
 
 test-ci: $(VENV)/.installed-test
 	bash .ci/chromium
-	$(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup -m "ci and not slow"
+	$(BIN)/pytest -W error -n $(WORKERS) -m "ci and not slow"
 
 test-all: $(VENV)/.installed-all
 	bash .ci/chromium
-	LIOS_EXPLORE=1 $(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup
+	LIOS_EXPLORE=1 $(BIN)/pytest -W error -n $(WORKERS)
 
 typings/.written: $(VENV)/.installed-test .ci/spot_stubs.py
 	rm -rf typings

@@ -7,9 +7,11 @@ import os
 import signal
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+from work_groups import BROWSER, group_of, turn_of
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # Started in the background by a shell: processes that tests start and interrupt would ignore the interrupt too.
@@ -59,17 +61,30 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Workers take modules and groups of modules, in the order of `work_groups`."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Groups(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return group_of(nodeid.partition("::")[0])
+
+    config.option.loadscopereorder = False
+    return Groups(config, log)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Browser tests run one after another: a second browser on two cores makes both miss their time-outs. Benchmarks
-    are slow tests: their set-ups are as large as what they measure. The first tests that plan are one group
-    ("compiles"), or two workers would compile the planner side by side where numba has kept nothing yet."""
+    are slow tests: their set-ups are as large as what they measure."""
     for item in items:
         if item.path.parent.name == "benchmarks":
             item.add_marker(pytest.mark.slow)
         if item.get_closest_marker("browser") is not None:
-            item.add_marker(pytest.mark.xdist_group("browser"))
+            assert group_of(item.path.name) == BROWSER, f"{item.path} is to be in the browser's group"
     _leave_cases_to_ci(items)
+    items.sort(key=lambda item: turn_of(item.path.as_posix()))
 
 
 def _leave_cases_to_ci(items: list[pytest.Item]) -> None:

@@ -1,6 +1,4 @@
-"""The product's own source, parsed once, for tests of how it is written; xdist_group("source") has them share a
-worker.
-"""
+"""The product's own source, parsed once, for tests of how it is written; work_groups has them share a worker."""
 
 from __future__ import annotations
 

@@ -15,8 +15,6 @@ from pathlib import Path
 import pytest
 from product_source import ROOT, files, parsed, statements
 
-pytestmark = pytest.mark.xdist_group("source")
-
 
 def _importers(pattern: str) -> list[str]:
     """Files in which a line imports what the pattern names."""

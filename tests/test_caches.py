@@ -73,7 +73,6 @@ def test_caches_of_objects_are_apart_and_go_with_them() -> None:
     assert len(caches) == 1
 
 
-@pytest.mark.xdist_group("source")
 def test_no_function_with_arguments_is_cached_without_bound() -> None:
     found = [str(path) for path in files() if "OrderedDict" in path.read_text(encoding="utf-8")]
     found += [f"{name}: {node.name}" for name, node in nodes(ast.FunctionDef) if _is_unbounded(node)]

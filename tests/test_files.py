@@ -74,7 +74,6 @@ def test_file_names_differ_and_fit() -> None:
     assert (files[0], files[5], files[6]) == ("model-lios", "Küche", "台所")
 
 
-@pytest.mark.xdist_group("source")
 def test_one_module_renames_and_names_drafts() -> None:
     found = [
         f"{name}: {ast.unparse(node)}"

@@ -12,7 +12,6 @@ CHANGES = ("append", "add", "update", "setdefault", "clear", "pop", "extend", "i
 """Methods that change a dict, list or set."""
 
 
-@pytest.mark.xdist_group("source")
 def test_frozen_values_hold_no_state_that_changes() -> None:
     found = [f"{name}: {fault}" for name, tree in modules().items() for fault in faults(tree)]
     assert found == [], "compute it in __post_init__, or remember it in a workbench.caches.PerObject"

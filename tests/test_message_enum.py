@@ -12,8 +12,6 @@ from product_source import modules
 
 from workbench.message_enum import MessageEnum, Result
 
-pytestmark = pytest.mark.xdist_group("source")
-
 
 class Door(MessageEnum):
     OPEN = ""

@@ -350,7 +350,6 @@ RESOLVERS = ("strategy", "policy", "estimator", "solver", "strategy_named", "est
              "installed_solver", "replay", "replay_on", "verify", "is_foreign", "Sandboxed")  # fmt: skip
 
 
-@pytest.mark.xdist_group("source")
 def test_every_call_with_a_name_says_who_gives_it() -> None:
     """In the product itself; a literal name is its own."""
     silent = {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 
-import pytest
 from product_source import nodes
 
 from workbench import tolerances
@@ -19,7 +18,6 @@ PARAMETERS = (
 )
 
 
-@pytest.mark.xdist_group("source")
 def test_tolerances_stand_in_one_module() -> None:
     found = [
         f"{name}:{node.lineno}: {node.value}"

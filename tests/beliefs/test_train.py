@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from workbench.beliefs.training.fcnn import Fcnn, TrainingSettings
 
-pytestmark = pytest.mark.xdist_group("torch")
 
 FEW_TREES = Boosting(trees=40, rate=0.2, columns=1.0, depth=3)
 

@@ -12,7 +12,6 @@ from workbench import cli
 from workbench.planning.strategies import strategy_names
 
 
-@pytest.mark.xdist_group("compiles")
 def test_the_demo_records_replays_and_compares(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "a demo"
     assert cli.run(["demo", "--json", "-o", str(folder)]) == 0

@@ -30,7 +30,6 @@ def test_cells_of_tables_are_text_unless_they_are_markup() -> None:
 
 
 @pytest.mark.ci
-@pytest.mark.xdist_group("source")
 def test_no_markup_is_put_together_by_hand() -> None:
     found = [
         f"{name}: {fault}"

@@ -11,7 +11,6 @@ from dashboards import task_report
 from workbench.cli import run
 from workbench.evaluation.tasks.rows import read_rows
 
-pytestmark = pytest.mark.xdist_group("report")
 COUNTS = ["--estimator", "counts", "--paper-estimator", "counts"]
 WORDS = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", "model-lios", "-n", "2", *COUNTS]
 

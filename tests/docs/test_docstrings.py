@@ -14,7 +14,6 @@ from product_source import parsed, statements
 
 FOLDERS = ("workbench", "recorders", "replayers", "dashboards")
 SECTION = re.compile(r"^Raises:\n((?:[ ]+.*\n?)+)", re.MULTILINE)
-pytestmark = pytest.mark.xdist_group("source")
 ARGUMENTS = re.compile(r"^Args:\n((?: {4}.*\n?|\n)+)", re.MULTILINE)
 NAMES = re.compile(r"^ {4}([A-Z]\w+(?:, [A-Z]\w+)*):", re.MULTILINE)
 

@@ -26,7 +26,6 @@ def test_the_identity_tells_who_drove_and_by_which_weights() -> None:
     assert (info.title, info.schema_version) == (task.title, SCHEMA_VERSION)
 
 
-@pytest.mark.xdist_group("source")
 @pytest.mark.parametrize(
     ("call", "allowed"),
     [

@@ -17,8 +17,6 @@ from workbench.worlds.sites.site import Site, load_site
 
 sys.path.insert(0, str(Path(__file__).parent / "importers"))
 
-pytestmark = pytest.mark.xdist_group("site drafts")
-
 
 @pytest.fixture(scope="module")
 def home() -> Site:

@@ -105,7 +105,6 @@ def test_a_table_that_holds_no_votes_is_refused_in_one_line(tmp_path: Path, text
         write_votes(tmp_path / "none.csv", tmp_path / "people.safetensors", text_encoder())
 
 
-@pytest.mark.xdist_group("compiles")
 def test_the_command_makes_weights_of_votes_that_runs_take(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

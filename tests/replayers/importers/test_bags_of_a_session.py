@@ -26,7 +26,6 @@ from workbench.cli import run as lios
 from workbench.worlds.house import LocationId
 from workbench.worlds.sites.site import load_site
 
-pytestmark = pytest.mark.xdist_group("bag of a session")
 NAME = "gouger"
 """The driver's spot_name: before every topic and every frame."""
 
