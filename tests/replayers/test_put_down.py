@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from replayers.counterfactual.decisions.put_down import may_put_down
+from workbench.worlds.travel import shortest_paths
 
 RNG = np.random.default_rng(7)
 
@@ -54,10 +55,22 @@ def cheapest(
     return float("inf")
 
 
-def by_bounds(metres: np.ndarray, begin: list[int], items: list[list[int]], manipulation: float) -> bool:
+def by_bounds(
+    metres: np.ndarray,
+    begin: list[int],
+    items: list[list[int]],
+    manipulation: float,
+    others: list[list[int]] | None = None,
+) -> bool:
+    """By the needed items; others: all that may be known, where that is certain."""
     straight = cheapest(metres, begin[0], begin[1:], items, manipulation, straight=True)
-    ways = ways_of(metres, begin, items)
-    return may_put_down(metres, ways, np.array(begin), manipulation=manipulation, straight=straight)
+    ways, ends = ways_of(metres, begin, items), begin[1:]
+    everywhere = np.zeros((len(ends), len(metres)))
+    if others is not None:
+        everywhere = np.array(
+            [(metres[:, some] + metres[some, end]).min(axis=1) for some, end in zip(others, ends, strict=True)]
+        )
+    return may_put_down(metres, ways, np.array(begin), everywhere, manipulation=manipulation, straight=straight)
 
 
 def test_by_hand_what_is_carried_along_and_put_down_on_the_way() -> None:
@@ -69,6 +82,19 @@ def test_by_hand_what_is_carried_along_and_put_down_on_the_way() -> None:
     assert cheapest(metres, 0, [3, 2], items, 0.1, straight=False) == pytest.approx(17.2)
     assert by_bounds(metres, begin, items, 0.1)
     assert not by_bounds(metres, begin, items, 5.0)
+
+
+def test_what_may_be_known_excludes_more_plans() -> None:
+    """The robot is at 3, a mug at 6 is wanted at 5, a book at 3 or at 0 at 1; paths form a tree. By distances from
+    these places alone, a book might stand where the mug is; if there is no third one, nothing is put down."""
+    metres = np.full((7, 7), 100.0)
+    np.fill_diagonal(metres, 0.0)
+    for a, b, length in ((0, 1, 5.0), (1, 2, 2.0), (2, 3, 5.0), (3, 4, 4.0), (3, 5, 7.0), (4, 6, 1.0)):
+        metres[a, b] = metres[b, a] = length
+    metres = shortest_paths(metres)
+    begin, items = [3, 5, 1], [[6], [3, 0]]
+    assert by_bounds(metres, begin, items, 1.0)
+    assert not by_bounds(metres, begin, items, 1.0, items)
 
 
 @pytest.mark.parametrize(("count", "manipulation"), [(2, 0.2), (2, 1.0), (3, 0.5), (3, 1.5)])
@@ -92,7 +118,9 @@ def test_a_plan_that_is_cheaper_is_never_missed(count: int, manipulation: float)
         assert straight == pytest.approx(cheapest(metres, here, ends, needed, manipulation, straight=True))
         found = by_bounds(metres, begin, needed, manipulation)
         is_cheaper = cheapest(metres, here, ends, items, manipulation, straight=False) < straight - 1e-9
-        assert found or not is_cheaper
+        closer = by_bounds(metres, begin, needed, manipulation, items)
+        assert closer or not is_cheaper
+        assert found or not closer
         cheaper += is_cheaper
         excluded += not found
     assert excluded > 0

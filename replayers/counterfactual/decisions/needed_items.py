@@ -130,16 +130,30 @@ class NeededItems:
             )
             legs[:, i] = self._errands[item_type][np.ix_(begin, by)].min(axis=1, initial=np.inf)
         costs = self._costs_by_beginning(legs.tolist(), missing)
-        if self._may_put_down(begin, legs, costs[0]):
+        from replayers.counterfactual.decisions.put_down import may_put_down
+
+        everywhere = np.array([self._least_from_everywhere(self._parts[p].item_type, knowledge, looks) for p in left])
+        places = np.array(begin)
+        if may_put_down(self._metres, legs, places, everywhere, manipulation=self._manipulation, straight=costs[0]):
             return False
         return not any(missing) or len(costs) < 2 or costs[1] - costs[0] > NEAR_COST * max(1.0, costs[0])
 
-    def _may_put_down(self, begin: list[int], legs: Floats, straight: float) -> bool:
-        """Whether a plan that puts something down on the way may be cheaper than a straight one."""
-        from replayers.counterfactual.decisions.put_down import may_put_down
-
-        places = np.array(begin)
-        return may_put_down(self._metres, legs, places, manipulation=self._manipulation, straight=straight)
+    def _least_from_everywhere(self, item_type: ItemType, knowledge: Knowledge, looks: list[int]) -> Floats:
+        """Lower bounds on the metres from each place to an item and on to where it is wanted, whichever items
+        are known that are not needed: they are where this run looked, and not nearer than the needed ones from where
+        they would be needed."""
+        errands = self._errands[item_type]
+        known = [self._index[at] for at, _ in self.of(item_type, knowledge) if at in self._index]
+        if not known:
+            return errands[:, looks].min(axis=1)
+        begin = [self._index[knowledge.robot_at], *self._ends]
+        if self._some_missing(knowledge):
+            begin += looks
+        looked = [self._index[LocationId(c)] for c in sorted(self._open & knowledge.first_seen.keys())]
+        nearest = errands[np.ix_(begin, known)].min(axis=1, keepdims=True)
+        nearer = (errands[np.ix_(begin, looked)] < nearest - NEAR_COST * np.maximum(1.0, nearest)).any(axis=0)
+        others = [place for place, is_nearer in zip(looked, nearer.tolist(), strict=True) if not is_nearer]
+        return errands[:, [*known, *others]].min(axis=1)
 
     def _costs_by_beginning(self, legs: list[list[float]], missing: list[bool]) -> list[float]:
         """The least cost of the plans that begin alike, up to the first look, in ascending order."""

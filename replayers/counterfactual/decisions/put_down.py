@@ -34,7 +34,9 @@ UNFETCHED, DELIVERED = -1, -2
 """In place of the place where an item was put down."""
 
 
-def may_put_down(metres: Floats, ways: Floats, begin: Indices, *, manipulation: float, straight: float) -> bool:
+def may_put_down(
+    metres: Floats, ways: Floats, begin: Indices, everywhere: Floats, *, manipulation: float, straight: float
+) -> bool:
     """Whether a plan that puts something down on the way may be cheaper than all straight ones.
 
     Args:
@@ -42,6 +44,8 @@ def may_put_down(metres: Floats, ways: Floats, begin: Indices, *, manipulation: 
         ways: the least metres to an item and on to where it is wanted, from where the robot is and from where each of
             the items is wanted; shape (items + 1, items).
         begin: these places, shape (items + 1,).
+        everywhere: lower bounds on the metres from every place to an item and on to where it is wanted, shape (items,
+            places).
         manipulation: the cost of a pick or a place.
         straight: what the cheapest straight plan costs without its picks and places.
     """
@@ -49,7 +53,7 @@ def may_put_down(metres: Floats, ways: Floats, begin: Indices, *, manipulation: 
     if items > MAX_ITEMS or len(metres) > MAX_PLACES - 3:
         return True
     ends = begin[1:]
-    errands = np.maximum((ways.T[:, :, None] - metres[begin][None]).max(axis=1), metres[ends])
+    errands = np.maximum((ways.T[:, :, None] - metres[begin][None]).max(axis=1), np.maximum(metres[ends], everywhere))
     errands[:, begin] = ways.T
     if _is_cheaper(metres, errands, begin, *_errands(items, 1), straight - again):
         return True
