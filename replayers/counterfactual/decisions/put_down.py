@@ -55,11 +55,13 @@ def may_put_down(
     ends = begin[1:]
     errands = np.maximum((ways.T[:, :, None] - metres[begin][None]).max(axis=1), np.maximum(metres[ends], everywhere))
     errands[:, begin] = ways.T
-    if _is_cheaper(metres, errands, begin, *_errands(items, 1), straight - again):
-        return True
     here, at = int(begin[0]), np.full(items, UNFETCHED)
     visits = (*_visits(1), *_visits(2), *_visits(3))
     least = _least_metres(here, at, metres, errands, ends, visits)
+    if least + again >= straight:
+        return False
+    if _is_cheaper(metres, errands, begin, *_errands(items, 1), straight - again):
+        return True
     if least + 2 * again >= straight:
         return False
     if _is_cheaper(metres, errands, begin, *_errands(items, 2), straight - 2 * again):
