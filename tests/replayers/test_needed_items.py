@@ -109,6 +109,24 @@ def test_plans_of_equal_cost_that_begin_otherwise_are_told(tmp_path: Path) -> No
     assert needed_in(evidence).one_plan_is_best(known)
 
 
+def test_by_hand_from_everywhere_no_item_is_nearer_than_the_bound(tmp_path: Path) -> None:
+    """The mug in the bed is not needed, but from the bed it is the nearest; the desk was not opened while recording,
+    and may hold another mug that is not needed."""
+    evidence = with_radii(toy_evidence(tmp_path, TWO))
+    items, known = needed_in(evidence), knowing(evidence, counter="Mug|1", bed="Mug|2")
+    assert containers_of(items, MUG, known) == [COUNTER]
+    names = evidence.place.travel.locations
+    looks = [names.index(LocationId(at)) for at in known.unsearched]
+    bound = dict(zip(names, items.least_from_everywhere(MUG, known, looks), strict=True))
+    assert bound[LocationId(BED)] == metres_along(evidence, BED, START)
+    assert bound[LocationId(FRIDGE)] == metres_along(evidence, FRIDGE, COUNTER, START)
+    assert DESK in evidence.open
+    looked = known.seen(DESK, ())
+    assert items.least_from_everywhere(MUG, looked, looks[:1])[names.index(LocationId(DESK))] == metres_along(
+        evidence, DESK, START
+    )
+
+
 def test_where_a_third_place_shortens_a_path_all_items_are_needed(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, TWO)
     assert needed_items(evidence, NearestFirst()) is not None

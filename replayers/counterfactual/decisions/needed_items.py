@@ -132,18 +132,18 @@ class NeededItems:
         costs = self._costs_by_beginning(legs.tolist(), missing)
         from replayers.counterfactual.decisions.put_down import may_put_down
 
-        everywhere = np.array([self._least_from_everywhere(self._parts[p].item_type, knowledge, looks) for p in left])
+        everywhere = np.array([self.least_from_everywhere(self._parts[p].item_type, knowledge, looks) for p in left])
         places = np.array(begin)
         if may_put_down(self._metres, legs, places, everywhere, manipulation=self._manipulation, straight=costs[0]):
             return False
         return not any(missing) or len(costs) < 2 or costs[1] - costs[0] > NEAR_COST * max(1.0, costs[0])
 
-    def _least_from_everywhere(self, item_type: ItemType, knowledge: Knowledge, looks: list[int]) -> Floats:
+    def least_from_everywhere(self, item_type: ItemType, knowledge: Knowledge, looks: list[int]) -> Floats:
         """Lower bounds on the metres from each place to an item and on to where it is wanted, whichever items
-        are known that are not needed: they are where this run looked, and not nearer than the needed ones from where
-        they would be needed."""
+        are known that are not needed: they are where the log shows them, or in open containers where this run looked,
+        and there not nearer than the needed ones from where they would be needed. Shape (places,)."""
         errands = self._errands[item_type]
-        known = [self._index[at] for at, _ in self.of(item_type, knowledge) if at in self._index]
+        known = [self._index[at] for at, _ in knowledge.where(item_type) if at in self._index]
         if not known:
             return errands[:, looks].min(axis=1)
         begin = [self._index[knowledge.robot_at], *self._ends]
