@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from own_planner import write_planner
+from planner_file import write_planner
 from terminal_session import TerminalSession
 
 LOG = Path(__file__).parents[1] / "logs" / "find-lios.mcap"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from own_planner import write_planner
+from planner_file import write_planner
 
 from workbench import cli
 
