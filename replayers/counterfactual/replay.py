@@ -150,6 +150,7 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
     """Replays a strategy over a prepared log."""
     if not prepared.claims:
         return _not_reproduced(prepared, planner.name)
+    prepared = replace(prepared, estimator=prepared.estimator_of(planner))  # also where the strategy is wrapped
     evidence, own = prepared.evidence, run_tree_of(prepared, planner)
     alone = over_log_alone(prepared, planner if prepared.with_ways else own.planner)
     ended = _undetermined_if_contradicted(_ended(alone), prepared)
