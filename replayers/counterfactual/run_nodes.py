@@ -97,6 +97,7 @@ class Segment:
         by_beliefs: the decisions in it that may have depended on beliefs, each with what it was made by; None where
             that is unknown.
         moves_to_look: its moves on which the robot may see a tag in passing; on none of them it does.
+        puts_down: something is put down on the way, so that a second instance may matter (tree/put_downs.py).
     """
 
     cost: float
@@ -106,6 +107,7 @@ class Segment:
     ended: SegmentEnd | None
     by_beliefs: tuple[tuple[DecisionBasis | None, Decision], ...] = ()
     moves_to_look: tuple[PricedMove, ...] = ()
+    puts_down: bool = False
 
     @property
     def done(self) -> bool:

@@ -33,6 +33,7 @@ from replayers.counterfactual.run_nodes import (
     UnobservedLook,
 )
 from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions
+from replayers.counterfactual.tree.put_downs import destinations, is_put_down
 from replayers.counterfactual.tree.quick_segment import QuickRun, QuickSegment, is_plain
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
@@ -51,7 +52,7 @@ class RunTree:
     Attributes:
         root: the start.
         segments: how many segments were run.
-        max_picks: the most picks of any way followed.
+        max_picks: the most picks of any path followed; MAX_STEPS where one puts something down on the way.
         ambiguous: at some node, histories that share it may go on differently (Node.ambiguous).
         asked: open containers that the strategy was seen to look into, in some world.
         planner: the strategy, asked once for each state that it can distinguish if it is known to decide by that.
@@ -82,38 +83,30 @@ class RunTree:
         self.planner = self._memoized or strategy
         self._estimator = estimator
         self._options = options
+        self._wanted = destinations(evidence.task.goal) if options.merge else {}
         self._with_all_items: RunTree | None = None
-        self._seed = options.seed
-        self._merge = options.merge
-        self._durations = options.durations
-        self._as_driven = options.as_driven
-        self._exact_beliefs = options.exact_beliefs
         plain = not evidence.misses and evidence.passing is None and evidence.tags is None
-        self._quick = None
-        if options.merge and is_plain(evidence):
-            self._quick = QuickRun(evidence, self.planner, estimator, seed=options.seed)
+        quick = options.merge and is_plain(evidence)
+        self._quick = QuickRun(evidence, self.planner, estimator, seed=options.seed) if quick else None
         self._same = None
         if options.merge and options.exact_beliefs and plain:
-            settled = relevance.live_and_shown
             self._same = SameDecision(
                 strategy,
                 estimator,
                 evidence.open,
-                settled,
+                relevance.live_and_shown,
                 policy=options.looks_by,
                 parts=options.parts,
                 at_most=options.asked_again,
             )
         self._nodes: dict[Hashable, Node] = {}
-        self._seen = evidence.seen_types()
-        self._open = frozenset(evidence.open)
-        place = evidence.place
-        self.root = Node(knowledge=knowledge_at_start(place.plan, evidence.travel, evidence.known))
+        self._seen, self._open = evidence.seen_types(), frozenset(evidence.open)
+        self.root = Node(knowledge=knowledge_at_start(evidence.place.plan, evidence.travel, evidence.known))
 
     @property
     def guesses(self) -> bool:
         """Whether decisions go by beliefs that are not quite the robot's: a log rounded them."""
-        return self._reads_beliefs and not self._exact_beliefs
+        return self._reads_beliefs and not self._options.exact_beliefs
 
     def with_all_items(self) -> RunTree:
         """The tree in which all items that still matter distinguish histories; cached."""
@@ -181,7 +174,9 @@ class RunTree:
 
     def _is_certain(self, node: Node) -> bool:
         by_beliefs = self.advance(node).by_beliefs
-        if not by_beliefs or (self._exact_beliefs and not node.imputed):
+        if node.imputed and self.advance(node).puts_down:
+            return False
+        if not by_beliefs or (self._options.exact_beliefs and not node.imputed):
             return True
         same = self._same
         return same is not None and all(basis is not None and same.holds(basis, made) for basis, made in by_beliefs)
@@ -196,8 +191,8 @@ class RunTree:
         world = LoggedWorld(
             self.evidence,
             filling=lambda c, _: self._imputed(answers.get(c, ()), c),
-            durations=self._durations,
-            as_recorded=self._as_driven,
+            durations=self._options.durations,
+            as_recorded=self._options.as_driven,
         )
         return tuple(self._events(world, planner=explained_by))
 
@@ -231,11 +226,11 @@ class RunTree:
             )
         made = Node(knowledge=knowledge, walk=walk, imputed=True, steps=steps, picks=picks, cost=cost)
         key = (self._key(knowledge), None if walk is None else walk.key)
-        return self._nodes.setdefault(key, made) if self._merge else made
+        return self._nodes.setdefault(key, made) if self._options.merge else made
 
     def _after_sightings(self, node: Node) -> Iterator[tuple[float, Node]]:
         tags = self.evidence.tags
-        if tags is None or self._as_driven:
+        if tags is None or self._options.as_driven:
             return
         for move in self.advance(node).moves_to_look:
             before, target = move.made.before, move.made.move.target
@@ -258,7 +253,7 @@ class RunTree:
                             cost=node.cost + cost,
                         )
                         key = (self._key(there), None)
-                        yield cost, self._nodes.setdefault(key, made) if self._merge else made
+                        yield cost, self._nodes.setdefault(key, made) if self._options.merge else made
 
     def _run(self, node: Node) -> Segment:
         self.segments += 1
@@ -268,7 +263,7 @@ class RunTree:
                 return self._as_segment(made, node)
         world = self._world_at(node)
         steps, picks, walked, spent, by_beliefs = 0, 0, 0.0, 0.0, list[tuple[DecisionBasis | None, Decision]]()
-        moves: list[PricedMove] = []
+        puts_down, moves = False, list[PricedMove]()
         if node.walk is not None:
             world, unknown, walked = self._walked(node, node.walk)
             if unknown is not None:
@@ -281,6 +276,7 @@ class RunTree:
                     moves.append(PricedMove(made=made, cost=spent, steps=steps, picks=picks))
                 steps += 1
                 picks += event.success and event.step.action == "pick"
+                puts_down |= event.success and is_put_down(event.step, self._wanted)
                 spent += event.cost
             elif isinstance(event, PlanMade):
                 basis = self._memoized.basis if self._memoized else None
@@ -289,7 +285,7 @@ class RunTree:
             elif isinstance(event, RunEnded):
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
-        self.max_picks = max(self.max_picks, node.picks + picks)
+        self.max_picks = MAX_STEPS if puts_down else max(self.max_picks, node.picks + picks)
         cost, unobserved = walked + ended.own_cost, None
         if ended.status is RunStatus.UNDETERMINED and ended.unseen is not None:
             move = world.unfinished
@@ -305,10 +301,12 @@ class RunTree:
             ended=SegmentEnd(ended.status, ended.reason) if unobserved is None else None,
             by_beliefs=tuple(by_beliefs),
             moves_to_look=tuple(moves),
+            puts_down=puts_down,
         )
 
     def _as_segment(self, made: QuickSegment, node: Node) -> Segment:
-        self.max_picks = max(self.max_picks, node.picks + made.picks)
+        puts_down = any(is_put_down(step, self._wanted) for step in made.placed)
+        self.max_picks = MAX_STEPS if puts_down else max(self.max_picks, node.picks + made.picks)
         cost, steps, unobserved = made.cost, made.steps, None
         if made.unobserved is not None:
             unobserved = self._unobserved_look(made.unobserved, made.knowledge, None)
@@ -320,13 +318,16 @@ class RunTree:
             unobserved=unobserved,
             ended=SegmentEnd(RunStatus.DONE, GOAL_MET) if unobserved is None else None,
             by_beliefs=tuple((basis, decision) for basis, decision in made.decided if self._by_beliefs(basis)),
+            puts_down=puts_down,
         )
 
     def _by_beliefs(self, basis: DecisionBasis | None) -> bool:
         return self._reads_beliefs and (basis is None or bool(basis.read))
 
     def _world_at(self, node: Node) -> LoggedWorld:
-        return LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge, as_recorded=self._as_driven)
+        return LoggedWorld(
+            self.evidence, with_ways=False, knowledge=node.knowledge, as_recorded=self._options.as_driven
+        )
 
     def _walked(self, node: Node, walk: UnfinishedWalk) -> tuple[LoggedWorld, UnobservedLook | None, float]:
         """The world after the move that a node is on, what else comes into view on it, and its metres."""
@@ -356,7 +357,7 @@ class RunTree:
             self._estimator,
             self.evidence.task,
             costs=self.evidence.costs,
-            seed=self._seed,
+            seed=self._options.seed,
             options=LoopOptions(max_steps=max(1, steps_left), stopwatch=zero_clock, begin_with=begin_with),
         )
         return with_beliefs(events)

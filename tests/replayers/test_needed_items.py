@@ -151,7 +151,7 @@ def test_in_any_world_the_run_is_that_of_the_strategy(prepared: PreparedLog, nam
     assert not tree.ambiguous
     assert tree.segments < sum(len(leaf.filled) for leaf in leaves)
     for leaf in leaves[-25:]:
-        *_, ended = tree.events(leaf)
+        *_, ended = tree.events(leaf, explained_by=strategy(name))
         assert isinstance(ended, RunEnded)
         assert abs(ended.cost - leaf.cost) < NEAR_COST
 

@@ -8,8 +8,6 @@ import pytest
 from replayers.counterfactual.decisions.put_down import may_put_down
 from workbench.worlds.travel import shortest_paths
 
-RNG = np.random.default_rng(7)
-
 
 def metric(points: np.ndarray) -> np.ndarray:
     return np.abs(points[:, None] - points[None]).sum(axis=2).astype(float)
@@ -100,11 +98,11 @@ def test_what_may_be_known_excludes_more_plans() -> None:
 @pytest.mark.parametrize(("count", "manipulation"), [(2, 0.2), (2, 1.0), (3, 0.5), (3, 1.5)])
 def test_a_plan_that_is_cheaper_is_never_missed(count: int, manipulation: float) -> None:
     """Also where items stand that are the nearest from nowhere else: they are left out of the bounds' ways."""
-    cheaper = excluded = 0
+    rng, cheaper, excluded = np.random.default_rng(7), 0, 0
     for _ in range(40 if count == 2 else 16):
-        metres = metric(RNG.integers(0, 9, size=(7, 2)))
-        here, *ends = RNG.choice(7, size=count + 1, replace=False).tolist()
-        items = [RNG.choice(7, size=int(RNG.integers(1, 4)), replace=False).tolist() for _ in range(count)]
+        metres = metric(rng.integers(0, 9, size=(7, 2)))
+        here, *ends = rng.choice(7, size=count + 1, replace=False).tolist()
+        items = [rng.choice(7, size=int(rng.integers(1, 4)), replace=False).tolist() for _ in range(count)]
         begin = [here, *ends]
         needed = [
             [
@@ -128,7 +126,7 @@ def test_a_plan_that_is_cheaper_is_never_missed(count: int, manipulation: float)
 
 
 def test_with_many_items_nothing_is_excluded() -> None:
-    metres = metric(RNG.integers(0, 9, size=(9, 2)))
+    metres = metric(np.random.default_rng(7).integers(0, 9, size=(9, 2)))
     begin, items = [0, 1, 2, 3, 4], [[5], [6], [7], [8]]
     assert by_bounds(metres, begin, items, 100.0)
     assert not by_bounds(metres, begin[:4], items[:3], 100.0)

@@ -34,6 +34,7 @@ class QuickSegment:
         steps, picks: how many actions and picks it takes, without that look.
         unobserved: the container of that look; None where the goal is met.
         decided: its decisions, each with what it was made by; None where that is unknown.
+        placed: the steps that placed something.
     """
 
     knowledge: Knowledge
@@ -42,6 +43,7 @@ class QuickSegment:
     picks: int
     unobserved: ContainerId | None
     decided: list[tuple[DecisionBasis | None, Decision]]
+    placed: list[PlanStep]
 
 
 def is_plain(evidence: Evidence) -> bool:
@@ -68,7 +70,7 @@ class QuickRun:
 
     def segment(self, knowledge: Knowledge, *, steps_left: int) -> QuickSegment | None:
         """From a state to the next unobserved look or to the goal; None where the closed loop has to run it."""
-        made = QuickSegment(knowledge, 0.0, 0, 0, None, [])
+        made = QuickSegment(knowledge, 0.0, 0, 0, None, [], [])
         while not is_met(self._task.goal, made.knowledge):
             decision = self._decision(made)
             if decision is None or not self._carried_out(decision, made, steps_left):
@@ -140,6 +142,7 @@ class QuickRun:
             if known.holding is None or step.items != (known.holding.id,):
                 return False
             made.knowledge = known.placed()
+            made.placed.append(step)
         else:
             return False
         made.cost += self._evidence.costs.manipulation

@@ -1,0 +1,35 @@
+"""Items put down on the way, after which a second instance of their type may matter.
+
+Answers count instances up to the demand: where the goal uses one book, a container with two counts as one with one.
+That is right as long as the robot carries what it takes straight to where it is wanted. A robot that puts the book
+down on the way and comes by its container again would take the second book there, if there were one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from workbench.planning.plans import PlanStep
+from workbench.planning.tasks import AllOf, Delivered, Goal
+from workbench.worlds.house import ItemType, LocationId
+
+Destinations = Mapping[ItemType, frozenset[LocationId]]
+
+
+def destinations(goal: Goal) -> Destinations:
+    """Where a goal wants each of its types, for plain deliveries; empty for other goals: things are brought together
+    on the way there."""
+    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
+    plain = [part for part in parts if isinstance(part, Delivered) and not part.properties]
+    if len(plain) < len(parts):
+        return MappingProxyType({})
+    types = {part.item_type for part in plain}
+    return MappingProxyType({t: frozenset(part.at for part in plain if part.item_type == t) for t in types})
+
+
+def is_put_down(step: PlanStep, wanted: Destinations) -> bool:
+    """Whether a step puts an item down where the goal does not want it."""
+    if step.action != "place" or not step.item_types or step.item_types[0] not in wanted:
+        return False
+    return step.target not in wanted[step.item_types[0]]
