@@ -7,7 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from replayers.log_tools.faces.screens.onnx_model import constant, input_shape, model, operator, tensor_type
+from replayers.log_tools.faces.screens.onnx_model import (
+    constant,
+    input_shape,
+    model,
+    operator,
+    tensor_type,
+    unmade_input,
+)
 from replayers.log_tools.faces.screens.screen_finder import ScreenFinder
 from replayers.log_tools.faces.screens.yolo import UnknownModel, Yolo
 from workbench.arrays import Floats, Uints8
@@ -106,6 +113,69 @@ def test_what_is_no_detector_is_told(tmp_path: Path, data: bytes, said: str) -> 
         Yolo(cv2, path)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+IMAGES, OUT = tensor_type("images", (1, 3, SIDE, SIDE)), tensor_type("out", (1, 3, SIDE, SIDE))
+CONV, RELU = operator("Conv", ["images", "w"], "made"), operator("Relu", ["made"], "out")
+CONV_WEIGHTS = constant("w", np.zeros((3, 3, 1, 1)))
+
+
+def branch(taken: str) -> bytes:
+    """A node with a graph in it, whose one node takes a name: shorter than 128 bytes, so that sizes are one byte."""
+    graph = operator("Relu", [taken], "in_branch")
+    graph = bytes([0x0A, len(graph)]) + graph
+    told = bytes([0x32, len(graph)]) + graph
+    return operator("If", ["images"], "made") + bytes([0x2A, len(told)]) + told
+
+
+@pytest.mark.parametrize(
+    ("nodes", "constants", "unmade"),
+    [
+        ([CONV, RELU], [CONV_WEIGHTS], None),
+        ([CONV, RELU], [], "w"),
+        ([RELU, CONV], [CONV_WEIGHTS], "made"),
+        ([operator("Relu", ["out"], "out")], [], "out"),
+        ([operator("Constant", [], "w"), CONV, RELU], [], None),
+        ([operator("Clip", ["images", "", "most"], "out")], [constant("most", np.array(1.0))], None),
+        ([operator("Relu", ["two\nlines"], "out")], [], "two\nlines"),
+        ([branch("images"), RELU], [], None),
+        ([branch("made"), RELU], [], "made"),
+    ],
+)
+def test_a_node_that_takes_what_nothing_makes_is_never_given_to_opencv(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, nodes: list[bytes], constants: list[bytes], unmade: str | None
+) -> None:
+    """OpenCV ends the process on such a model."""
+    path = tmp_path / "model.onnx"
+    path.write_bytes(model(nodes, constants, IMAGES, [OUT]))
+    assert unmade_input(path.read_bytes()) == unmade
+
+    def loaded(_: object) -> None:
+        raise AssertionError("it was given to OpenCV")
+
+    monkeypatch.setattr(cv2.dnn, "readNetFromONNX", loaded)
+    if unmade is None:
+        with pytest.raises(AssertionError, match="given to OpenCV"):
+            Yolo(cv2, path)
+        return
+    with pytest.raises(UnknownModel) as caught:
+        Yolo(cv2, path)
+    assert f"a node takes {unmade!r}, which nothing before it makes" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_graphs_too_deep_in_each_other_are_told() -> None:
+    deep = b""
+    for _ in range(100):
+        for field in (6, 5, 1):
+            deep = bytes([field << 3 | 2]) + size(deep) + deep
+    with pytest.raises(ValueError, match="graphs in graphs"):
+        unmade_input(bytes([7 << 3 | 2]) + size(deep) + deep)
+
+
+def size(data: bytes) -> bytes:
+    """The length of less than 16 kB as a varint of two bytes."""
+    return bytes([len(data) & 0x7F | 0x80, len(data) >> 7])
 
 
 def test_an_output_of_another_shape_is_told_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,8 @@ _FLOAT, _INT64 = 1, 7
 """onnx.TensorProto.DataType."""
 _MAX_SIDE = 2**31 - 1
 """A larger side is -1, which some programs write for one that is left open."""
+MAX_DEPTH = 8
+"""How deep graphs are in attributes of nodes of graphs, as the branches of If are."""
 _INT, _TEXT, _INTS = 2, 3, 7
 """onnx.AttributeProto.AttributeType."""
 
@@ -70,13 +72,44 @@ def input_shape(data: bytes) -> tuple[int, ...]:
     raise ValueError("no input")
 
 
+def unmade_input(data: bytes) -> str | None:
+    """The first name that a node takes, while nothing before it makes it: no input, no constant, no other node.
+
+    OpenCV ends the process on such a model.
+
+    Raises:
+        ValueError: it is no model in this format, or holds graphs in graphs in graphs.
+    """
+    parts = [part for field, graph in _fields(memoryview(data)) if field == 7 for part in _fields(_message(graph))]
+    return _unmade(parts, frozenset(), MAX_DEPTH)
+
+
+def _unmade(parts: Sequence[tuple[int, memoryview | int]], outer: frozenset[bytes], depth: int) -> str | None:
+    if not depth:
+        raise ValueError("graphs in graphs")
+    made = {b"", *outer} | {_named(part, {5: 8, 11: 1}[field]) for field, part in parts if field in (5, 11)}
+    for node in (list(_fields(_message(part))) for field, part in parts if field == 1):
+        for name in (bytes(_message(value)) for field, value in node if field == 1):
+            if name not in made:
+                return name.decode(errors="replace")
+        for told in (_message(value) for field, value in node if field == 5):
+            for graph in (_message(value) for field, value in _fields(told) if field in (6, 11)):
+                inner = _unmade(list(_fields(graph)), frozenset(made), depth - 1)
+                if inner is not None:
+                    return inner
+        made |= {bytes(_message(value)) for field, value in node if field == 2}
+    return None
+
+
 def _side(dim: memoryview | int) -> int:
     found = [value for field, value in _fields(_message(dim)) if field == 1]
     return int(found[0]) if found and isinstance(found[0], int) and found[0] <= _MAX_SIDE else 0
 
 
 def _named(part: memoryview | int, field: int) -> bytes:
-    return bytes(_inner(part, field))
+    """A name in a message; of several the last counts."""
+    names = [value for number, value in _fields(_message(part)) if number == field]
+    return bytes(_message(names[-1])) if names else b""
 
 
 def _inner(part: memoryview | int, wanted: int) -> memoryview:

@@ -18,7 +18,7 @@ import numpy as np
 
 from replayers.log_tools.faces.face_finder import Box
 from replayers.log_tools.faces.screens.center_net import LEAST_SCORE, SCREENS
-from replayers.log_tools.faces.screens.onnx_model import input_shape
+from replayers.log_tools.faces.screens.onnx_model import input_shape, unmade_input
 from workbench.arrays import Floats, Uints8
 from workbench.errors import Malformed
 
@@ -27,6 +27,8 @@ STRIDES = (8, 16, 32)
 OPEN_SIDE = 640
 """The side of the input where the model leaves it open."""
 MAX_SIDE = 4096
+MAX_NAME = 60
+"""Characters of a name that are told."""
 LONGEST = 10.0
 """The largest logarithm of a size in cells that is believed."""
 PADDING = 114
@@ -56,9 +58,11 @@ class Yolo:
     def __init__(self, cv2: Any, path: Path) -> None:
         data = path.read_bytes()
         try:
-            shape = input_shape(data)
+            shape, unmade = input_shape(data), unmade_input(data)
         except ValueError as error:
             raise UnknownModel(path, f"it cannot be read as ONNX ({error})") from error
+        if unmade is not None:
+            raise UnknownModel(path, f"a node takes {unmade[:MAX_NAME]!r}, which nothing before it makes")
         rows, columns = (side or OPEN_SIDE for side in shape[2:]) if len(shape) == 4 else (0, 0)
         if len(shape) != 4 or shape[1] not in (0, 3) or rows != columns or rows % STRIDES[-1] or rows > MAX_SIDE:
             raise UnknownModel(
