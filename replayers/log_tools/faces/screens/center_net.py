@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import tarfile
+import zlib
 from pathlib import Path
 from typing import Any, final
 
@@ -80,11 +81,12 @@ class CenterNet:
 def _member(path: Path, name: str, digest: str) -> bytes:
     try:
         with tarfile.open(path, "r:gz") as package:
-            stream = package.extractfile(name)
+            member = package.getmember(name)
+            stream = package.extractfile(member) if member.isreg() else None
             data = b"" if stream is None else stream.read(MAX_FILE_BYTES)
     except KeyError:
         raise NoWeights(path, f"it holds no {name}") from None
-    except (OSError, EOFError, tarfile.TarError) as error:
+    except (OSError, EOFError, zlib.error, tarfile.TarError) as error:
         raise NoWeights(path, f"it cannot be read as a package ({error or 'cut short'})") from error
     if hashlib.sha256(data).hexdigest() != digest:
         raise NoWeights(path, f"its {name} is not the known one (SHA-256 {digest[:12]}...)")
