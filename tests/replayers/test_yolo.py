@@ -187,6 +187,16 @@ def test_an_output_of_another_shape_is_told_in_one_line(tmp_path: Path, capsys: 
     assert told.count("\n") == 1
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_an_output_that_is_not_finite_is_told(tmp_path: Path, value: float) -> None:
+    values = np.zeros((1, 84, 5))
+    values[0, 4 + CAT, 3] = value
+    with pytest.raises(UnknownModel) as caught:
+        Yolo(cv2, network(tmp_path / "broken.onnx", values, seen=(0, 4 + LAPTOP, 2)))
+    assert "its output for a black picture is not finite" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
 def test_the_shape_of_the_input_is_read_past_constants(tmp_path: Path) -> None:
     assert input_shape(yolov8(tmp_path / "v8.onnx").read_bytes()) == (1, 3, SIDE, SIDE)
     assert input_shape(model([], [], tensor_type("images", (2**64 - 1, 3, 64, 64)), [])) == (0, 3, 64, 64), (

@@ -52,7 +52,7 @@ class Yolo:
         cv2: OpenCV. path: the ONNX file.
 
     Raises:
-        UnknownModel: OpenCV cannot run it, or its input or output is of another shape.
+        UnknownModel: OpenCV cannot run it, or its input or output is of another shape, or its output not finite.
     """
 
     def __init__(self, cv2: Any, path: Path) -> None:
@@ -74,12 +74,15 @@ class Yolo:
             self._net = cv2.dnn.readNetFromONNX(np.frombuffer(data, dtype=np.uint8))
             outputs = self._net.getUnconnectedOutLayersNames()
             self._output = outputs[0]
-            found = self._forward(np.zeros((rows, rows, 3), dtype=np.uint8), grids=False).shape
+            tried = self._forward(np.zeros((rows, rows, 3), dtype=np.uint8), grids=False)
         except cv2.error as error:
             raise UnknownModel(path, "OpenCV cannot run it") from error
+        found = tried.shape
         self._grids = found == (1, len(self._grid), 5 + CLASSES)
         if len(outputs) != 1 or not (self._grids or (len(found) == 3 and found[:2] == (1, 4 + CLASSES))):
             raise UnknownModel(path, f"it has {len(outputs)} outputs, the first with the shape {found}")
+        if not np.isfinite(tried).all():
+            raise UnknownModel(path, "its output for a black picture is not finite")
 
     def __call__(self, picture: Uints8) -> list[Box]:
         """Boxes of screens, unsorted, several around one among them.
