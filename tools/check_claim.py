@@ -14,6 +14,7 @@ from collections import Counter
 from copy import copy
 from itertools import chain, combinations, product
 from math import inf, isfinite, prod
+from os.path import isdir, isfile
 
 try:
     from mcap.exceptions import McapError
@@ -163,9 +164,7 @@ class State:
         self.spent += cost
 
 
-class Check:
-    """One claim against its log."""
-
+class Check:  # one claim against its log
     def __init__(self, claim, log):
         self.claim, self.log, self.ends, self.demand = claim, log, [], demand(log.goal)
         wants, parts = parts_of(log.goal), log.goal.get("parts", [log.goal])
@@ -268,8 +267,10 @@ def check(claim, logs):
 
 
 def main(paths):
-    if all(path.endswith(".mcap") for path in paths):
-        sys.exit(__doc__)
+    wrong = [f"{path}: {'it is a folder' if isdir(path) else 'no such file'}" for path in paths if not isfile(path)]
+    if wrong or all(path.endswith(".mcap") for path in paths):
+        print((wrong or ["no claim is given: check_claim.py CLAIM.lios.zip... LOG.mcap..."])[0], file=sys.stderr)
+        return 2
     code, by_strategy, logs = 0, {}, {}
     for path in sorted(paths, key=lambda p: not p.endswith(".mcap")):
         try:
@@ -287,11 +288,10 @@ def main(paths):
             print(f"{path}: refused: {error}")
             code = 1
     for (a, ours), (b, theirs) in combinations(by_strategy.items(), 2):
-        both = ours.keys() & theirs.keys()
-        low, high, least, most = (sum(side[k][end] for k in both) for side in (ours, theirs) for end in (0, 1))
-        neither = f"neither of {a} and {b} is shown to beat the other"
-        beats = f"{a} beats {b}" if high < least - NEAR else f"{b} beats {a}" if most < low - NEAR else neither
-        if both:
+        if both := ours.keys() & theirs.keys():
+            low, high, least, most = (sum(side[k][end] for k in both) for side in (ours, theirs) for end in (0, 1))
+            neither = f"neither of {a} and {b} is shown to beat the other"
+            beats = f"{a} beats {b}" if high < least - NEAR else f"{b} beats {a}" if most < low - NEAR else neither
             print(f"{beats} on {len(both)} trial{'s' * (len(both) > 1)}, in every world that agrees with the logs")
     return code
 

@@ -210,3 +210,23 @@ def test_without_mcap_it_says_so_in_one_line(tmp_path: Path) -> None:
     assert said.stdout == ""
     assert said.stderr.count("\n") == 1
     assert "pip install mcap" in said.stderr
+
+
+def test_a_bad_call_is_told_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    claim, log = tmp_path / "claim.lios.zip", str(LOGS / "find-greedy.mcap")
+    write_claim(claim, json.loads(claimed("find-greedy", "opt-lios")))
+    folder = tmp_path / "folder.mcap"
+    folder.mkdir()
+    for paths, what in (
+        ([], "no claim is given"),
+        ([log], "no claim is given"),
+        ([str(claim), str(tmp_path / "no.mcap")], "no.mcap: no such file"),
+        ([str(tmp_path / "no.lios.zip"), log], "no.lios.zip: no such file"),
+        ([str(claim), str(folder)], "folder.mcap: it is a folder"),
+        ([str(claim), log, str(folder), str(tmp_path / "no.mcap")], "folder.mcap: it is a folder"),
+    ):
+        assert checker().main(paths) == 2
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert what in said.err
+        assert said.err.count("\n") == 1
