@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import re
 import select
 import subprocess
 import time
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Self
 
 PATIENCE_S = 120.0
+COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 
 
 class TerminalSession:
@@ -44,10 +46,10 @@ class TerminalSession:
         os.write(self._terminal, text.encode())
 
     def end(self) -> tuple[int, str]:
-        """The exit code, and what is shown until the end."""
+        """The exit code, and what is shown until the end, without colours."""
         while self._read():
             pass
-        return self._process.wait(PATIENCE_S), self._shown
+        return self._process.wait(PATIENCE_S), COLOURS.sub("", self._shown)
 
     def __enter__(self) -> Self:
         return self
