@@ -21,7 +21,7 @@ from replayers.counterfactual.evidence_rules import OVERLOOKED
 from workbench.errors import BadValue
 from workbench.execution.goal_check import is_met
 from workbench.planning.actions import relevant_types
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal
+from workbench.planning.tasks import AllOf, AnyOf, Goal, plain_deliveries
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -166,13 +166,6 @@ def demand(goal: Goal) -> Counter[ItemType]:
     return Counter(relevant_types(goal))
 
 
-def distinct_deliveries(goal: Goal) -> tuple[Delivered, ...]:
-    """The parts of a goal that asks for different types only, to be brought as they are; () for any other."""
-    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
-    plain = tuple(part for part in parts if isinstance(part, Delivered) and not part.properties)
-    return plain if len({part.item_type for part in plain}) == len(parts) else ()
-
-
 def imputed_items(answer: Answer, container: ContainerId, shown: Iterable[Item] | None = None) -> tuple[Item, ...]:
     """The instances that an answer stands for, with ids that mark them as imputed.
 
@@ -207,8 +200,6 @@ def _smallest_answers(live: tuple[ItemType, ...], counts: list[tuple[int, int]])
 
 def _finishing(goal: Goal, types: tuple[ItemType, ...]) -> dict[ItemType, Goal]:
     """For plain deliveries, the parts of the goal that a type serves: once they are met, it no longer matters."""
-    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
-    if not all(isinstance(part, Delivered) and not part.properties for part in parts):
-        return {}
-    named = {t: tuple(p for p in parts if isinstance(p, Delivered) and p.item_type == t) for t in types}
+    parts = plain_deliveries(goal)
+    named = {t: tuple(part for part in parts if part.item_type == t) for t in types}
     return {t: mine[0] if len(mine) == 1 else AllOf(parts=mine) for t, mine in named.items() if mine}

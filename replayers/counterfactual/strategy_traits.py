@@ -16,7 +16,7 @@ from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic
 from workbench.planning.solvers.protocol import BuiltIn
 from workbench.planning.strategy import Strategy
-from workbench.planning.tasks import AllOf, Delivered, Goal, Holding
+from workbench.planning.tasks import AllOf, Goal, Holding, distinct_deliveries
 from workbench.search.policies.nearest_first import NearestFirst
 from workbench.search.policy import SearchPolicy
 
@@ -112,7 +112,4 @@ def decision_kind(planner: Strategy, goal: Goal) -> Hashable | None:
 def _one_find_a_type(goal: Goal) -> bool:
     """Whether every plan finds each missing type once: one item held, or one of each type delivered as it is."""
     parts = goal.parts if isinstance(goal, AllOf) else (goal,)
-    if len(parts) == 1 and isinstance(parts[0], Holding):
-        return True
-    delivered = [part for part in parts if isinstance(part, Delivered) and not part.properties]
-    return len(delivered) == len(parts) == len({part.item_type for part in delivered})
+    return bool(distinct_deliveries(goal)) or (len(parts) == 1 and isinstance(parts[0], Holding))

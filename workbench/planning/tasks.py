@@ -119,3 +119,16 @@ def goal_locations(goal: Goal) -> tuple[LocationId, ...]:
     if isinstance(goal, AllOf | AnyOf):
         return tuple(sorted({a for part in goal.parts for a in goal_locations(part)}))
     return (goal.at,)
+
+
+def plain_deliveries(goal: Goal) -> tuple[Delivered, ...]:
+    """The parts of a goal that asks for nothing but deliveries of things as they are; () for any other."""
+    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
+    plain = tuple(part for part in parts if isinstance(part, Delivered) and not part.properties)
+    return plain if len(plain) == len(parts) else ()
+
+
+def distinct_deliveries(goal: Goal) -> tuple[Delivered, ...]:
+    """The parts of a goal of plain deliveries, each of another type; () for any other."""
+    plain = plain_deliveries(goal)
+    return plain if len({part.item_type for part in plain}) == len(plain) else ()

@@ -22,9 +22,10 @@ import numpy as np
 from numba import njit
 
 from replayers.counterfactual.evidence import Evidence
-from replayers.counterfactual.relevance import Relevance, distinct_deliveries
+from replayers.counterfactual.relevance import Relevance
 from workbench.arrays import Bools, Floats, Ints
 from workbench.execution.goal_check import is_met
+from workbench.planning.tasks import distinct_deliveries
 from workbench.tolerances import MIN_SCALE, RELATIVE
 from workbench.worlds.house import LocationId
 from workbench.worlds.knowledge import Knowledge

@@ -23,10 +23,9 @@ from typing import final
 import numpy as np
 
 from replayers.counterfactual.evidence import Evidence
-from replayers.counterfactual.relevance import distinct_deliveries
 from workbench.arrays import Bools, Floats
 from workbench.execution.goal_check import is_met
-from workbench.planning.tasks import Delivered
+from workbench.planning.tasks import Delivered, distinct_deliveries
 from workbench.search.policies.nearest_first import NearestFirst
 from workbench.search.policy import SearchPolicy
 from workbench.tolerances import NEAR_COST, TINY
@@ -111,6 +110,8 @@ class NeededItems:
 
         Where no open container was looked into, there is one history only.
         """
+        from replayers.counterfactual.decisions.put_down import may_put_down
+
         left = [p for p, part in enumerate(self._parts) if not is_met(part, knowledge)]
         looks = self._where_left(knowledge)
         missing = [not knowledge.where(self._parts[p].item_type) for p in left]
@@ -130,8 +131,6 @@ class NeededItems:
             )
             legs[:, i] = self._errands[item_type][np.ix_(begin, by)].min(axis=1, initial=np.inf)
         costs = self._costs_by_beginning(legs.tolist(), missing)
-        from replayers.counterfactual.decisions.put_down import may_put_down
-
         everywhere = np.array([self.least_from_everywhere(self._parts[p].item_type, knowledge, looks) for p in left])
         places = np.array(begin)
         if may_put_down(self._metres, legs, places, everywhere, manipulation=self._manipulation, straight=costs[0]):

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from workbench.planning.plans import PlanStep
-from workbench.planning.tasks import AllOf, Delivered, Goal
+from workbench.planning.tasks import Goal, plain_deliveries
 from workbench.worlds.house import ItemType, LocationId
 
 Destinations = Mapping[ItemType, frozenset[LocationId]]
@@ -20,10 +20,7 @@ Destinations = Mapping[ItemType, frozenset[LocationId]]
 def destinations(goal: Goal) -> Destinations:
     """Where a goal wants each of its types, for plain deliveries; empty for other goals: things are brought together
     on the way there."""
-    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
-    plain = [part for part in parts if isinstance(part, Delivered) and not part.properties]
-    if len(plain) < len(parts):
-        return MappingProxyType({})
+    plain = plain_deliveries(goal)
     types = {part.item_type for part in plain}
     return MappingProxyType({t: frozenset(part.at for part in plain if part.item_type == t) for t in types})
 

@@ -46,18 +46,12 @@ def arrays_of(problem: Problem, recipe: Recipe, routes: FindRoutes) -> RecipeArr
     )
 
 
-def routes_of(problem: Problem, d: Floats | None = None) -> FindRoutes:
-    """How a missing thing of each type is got from each of the problem's locations to each.
-
-    Args:
-        d: the metres between them, where they are at hand.
-    """
+def routes_of(problem: Problem) -> FindRoutes:
+    """How a missing thing of each type is got from each of the problem's locations to each."""
     from workbench.planning.builtin.find_routes import find_routes
 
-    if d is None:
-        rows = problem.travel.rows(problem.locations)
-        d = problem.travel.metres[rows[:, None], rows]
-    return find_routes(_find_tables(problem), d)
+    rows = problem.travel.rows(problem.locations)
+    return find_routes(_find_tables(problem), problem.travel.metres[rows[:, None], rows])
 
 
 def _errands(
