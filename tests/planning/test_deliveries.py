@@ -106,6 +106,17 @@ def test_equal_orders_are_left_to_the_general_search() -> None:
     assert not is_quick(equal)
 
 
+def test_manipulations_that_cost_next_to_nothing_are_left_to_the_general_search() -> None:
+    """Beside plans of dozens of metres, they are within the tolerance of ties."""
+    problem = next(
+        made
+        for seed in range(50)
+        if is_quick(made := random_problem(deliver_goal(*THREE), THREE, seed=seed, places=6))
+        and solve(made).plan.cost > 30
+    )
+    assert not is_quick(replace(problem, costs=ActionCosts(search=0.0, manipulation=2e-7)))
+
+
 def test_little_time_is_left_to_the_general_search(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = random_problem(deliver_goal(*THREE), THREE, seed=2, places=6)
     asked: list[Problem] = []

@@ -28,7 +28,7 @@ from workbench.worlds.house import ItemId, ItemType
 MAX_DELIVERIES = 5
 """All of whose orders are compared."""
 CLEARLY = 100.0
-"""How many tolerances an order must be cheaper than every other."""
+"""How many tolerances an order must be cheaper than every other, and a manipulation must cost."""
 
 
 def delivery_steps(problem: Problem, *, polish_nodes: int) -> tuple[tuple[PlanStep, ...], float, int] | None:
@@ -67,11 +67,11 @@ def _clearly_cheapest(problem: Problem, attempt: Attempt) -> tuple[Ints, float] 
 
     a = attempt.arrays
     left = np.array([s for s, end in enumerate(a.end) if not a.standing[s, end]], dtype=np.int64)
-    if not len(left) or a.c <= CLEARLY * tolerance(1.0):
+    if not len(left):
         return None
     orders, here = _orders(len(left)), problem.locations.index(problem.robot_at)
     row, cost, second = two_cheapest(a.fetch, a.end, left, here, a.c, orders)
-    if not np.isfinite(cost) or second - cost <= CLEARLY * tolerance(cost):
+    if not np.isfinite(cost) or min(second - cost, a.c) <= CLEARLY * tolerance(cost):
         return None
     slots = left[orders[row]].tolist()
     moves = [(kind, slot, int(a.end[slot])) for slot in reversed(slots) for kind in (PLACE, FETCH)]
