@@ -8,7 +8,7 @@ separate.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -101,22 +101,35 @@ def compare(records: Iterable[StoredReplay], *, rng: np.random.Generator) -> tup
         if record.bounds is not None:
             by_log.setdefault(record.sha256, {})[record.strategy] = record
     names = tuple(dict.fromkeys(name for group in by_log.values() for name in group))
-    pairs: list[StrategyComparison] = []
-    for a, b in combinations(names, 2):
-        both = [(g[a], g[b]) for g in by_log.values() if a in g and b in g]
-        if both:
-            pairs.append(_pair(a, b, [cost_difference(x, y) for x, y in both], rng))
-    return tuple(pairs)
+    apart: dict[tuple[str, str], list[CostDifference]] = {}
+    for group in by_log.values():
+        for a, b, difference in cost_differences([group[name] for name in names if name in group]):
+            apart.setdefault((a.strategy, b.strategy), []).append(difference)
+    return tuple(_pair(*pair, apart[pair], rng) for pair in combinations(names, 2) if pair in apart)
+
+
+def cost_differences(
+    replays: Sequence[StoredReplay],
+) -> Iterator[tuple[StoredReplay, StoredReplay, CostDifference]]:
+    """Every pair of replays over one log, with the first minus the second."""
+    answers = [_answers_of(replay.groups) for replay in replays]
+    for (a, answers_a), (b, answers_b) in combinations(zip(replays, answers, strict=True), 2):
+        yield a, b, _difference(a, answers_a, b, answers_b)
 
 
 def cost_difference(a: StoredReplay, b: StoredReplay) -> CostDifference:
     """a minus b over the log that both were made from."""
+    return _difference(a, _answers_of(a.groups), b, _answers_of(b.groups))
+
+
+def _difference(a: StoredReplay, answers_a: _Answers, b: StoredReplay, answers_b: _Answers) -> CostDifference:
     assert a.bounds is not None, f"{a.strategy} has no bounds"
     assert b.bounds is not None, f"{b.strategy} has no bounds"
     least, most = a.bounds.lower - b.bounds.upper, a.bounds.upper - b.bounds.lower
     paired = bool(a.groups and b.groups) and len(a.groups) * len(b.groups) <= MAX_PAIRS
     if paired:
-        lowest, highest = _difference_bounds(a.groups, b.groups)
+        together = _compatible_groups(answers_a, answers_b)
+        lowest, highest = _difference_bounds(a.groups, b.groups, together)
         least, most = max(least, lowest), min(most, highest)
     chance, drawn = None, None
     common = min(len(a.drawn), len(b.drawn))
@@ -193,38 +206,48 @@ def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
     return tuple(sorted(name for name, hashes in plans.items() if len(hashes) > 1))
 
 
-def _difference_bounds(a: Sequence[WorldGroup], b: Sequence[WorldGroup]) -> tuple[float, float]:
+def _difference_bounds(a: Sequence[WorldGroup], b: Sequence[WorldGroup], together: Bools) -> tuple[float, float]:
     """The least and the greatest cost difference over the groups of worlds that both strategies share."""
-    together = _compatible_groups(a, b)
     least = np.array([x.least for x in a])[:, None] - np.array([y.most for y in b])[None, :]
     most = np.array([x.most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
     return float(least[together].min()), float(most[together].max())
 
 
-def _compatible_groups(a: Sequence[WorldGroup], b: Sequence[WorldGroup]) -> Bools:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Answers:
+    """What containers answer in the groups of worlds of one replay.
+
+    Attributes:
+        groups: how many there are.
+        by_container: the distinct answers of each container, and for each group the index of the one that it gives;
+            -1 for none.
+    """
+
+    groups: int
+    by_container: dict[str, tuple[tuple[Assignment, ...], Ints]]
+
+
+def _answers_of(groups: Sequence[WorldGroup]) -> _Answers:
+    found: dict[str, tuple[dict[Assignment, int], list[int]]] = {}
+    for g, group in enumerate(groups):
+        for answer in group.filled:
+            known, which = found.setdefault(answer.container, ({}, [-1] * len(groups)))
+            which[g] = known.setdefault(answer, len(known))
+    by_container = {c: (tuple(known), np.array(which, dtype=np.int64)) for c, (known, which) in found.items()}
+    return _Answers(groups=len(groups), by_container=by_container)
+
+
+def _compatible_groups(a: _Answers, b: _Answers) -> Bools:
     """Which groups of a and of b can contain the same world; bool, shape (groups of a, groups of b)."""
-    possible = np.ones((len(a), len(b)), dtype=bool)
-    by_container_a, by_container_b = _by_container(a), _by_container(b)
-    for container in by_container_a.keys() & by_container_b.keys():
-        answers_a, which_a = by_container_a[container]
-        answers_b, which_b = by_container_b[container]
+    possible = np.ones((a.groups, b.groups), dtype=bool)
+    for container in a.by_container.keys() & b.by_container.keys():
+        answers_a, which_a = a.by_container[container]
+        answers_b, which_b = b.by_container[container]
         alike = np.ones((len(answers_a) + 1, len(answers_b) + 1), dtype=bool)
         for i, x in enumerate(answers_a):
             alike[i, :-1] = [answers_compatible(x, y) for y in answers_b]
         possible &= alike[which_a][:, which_b]
     return possible
-
-
-def _by_container(
-    groups: Sequence[WorldGroup],
-) -> dict[str, tuple[tuple[Assignment, ...], Ints]]:
-    """The distinct answers of each container, and for each group the index of the one that it gives; -1 for none."""
-    found: dict[str, tuple[dict[Assignment, int], Ints]] = {}
-    for g, group in enumerate(groups):
-        for answer in group.filled:
-            known, which = found.setdefault(answer.container, ({}, np.full(len(groups), -1, dtype=np.int64)))
-            which[g] = known.setdefault(answer, len(known))
-    return {container: (tuple(known), which) for container, (known, which) in found.items()}
 
 
 def answers_compatible(a: Assignment, b: Assignment) -> bool:

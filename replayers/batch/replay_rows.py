@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import Any
 
 import msgspec
 
-from replayers.batch.compare import cost_difference
+from replayers.batch.compare import cost_differences
 from replayers.batch.replay_all import LogFailed
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.estimates.intervals import finite
@@ -71,13 +70,21 @@ def replay_row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
 
 def pair_rows(outcomes: list[Any]) -> list[dict[str, Any]]:
     """Every pair of strategies over one log, in the same world."""
-    bounded = [o for o in outcomes if isinstance(o, StoredReplay) and o.bounds is not None]
-    found: list[dict[str, Any]] = []
-    for a, b in combinations(bounded, 2):
-        if a.sha256 == b.sha256:
-            apart = cost_difference(a, b)
-            found.append({"log": a.log, "a": a.strategy, "b": b.strategy, "verdict": apart.verdict,
-                          "difference_lower": finite(apart.least), "difference_upper": finite(apart.most),
-                          "chance_a_cheaper": apart.chance[0] if apart.chance else None,
-                          "chance_equal": apart.chance[1] if apart.chance else None})  # fmt: skip
-    return found
+    by_log: dict[str, list[StoredReplay]] = {}
+    for outcome in outcomes:
+        if isinstance(outcome, StoredReplay) and outcome.bounds is not None:
+            by_log.setdefault(outcome.sha256, []).append(outcome)
+    return [
+        {
+            "log": a.log,
+            "a": a.strategy,
+            "b": b.strategy,
+            "verdict": apart.verdict,
+            "difference_lower": finite(apart.least),
+            "difference_upper": finite(apart.most),
+            "chance_a_cheaper": apart.chance[0] if apart.chance else None,
+            "chance_equal": apart.chance[1] if apart.chance else None,
+        }
+        for replays in by_log.values()
+        for a, b, apart in cost_differences(replays)
+    ]

@@ -195,7 +195,8 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     )
     estimator = choice.asked_once
     hypothetical = choice.hypothetical or other_memory
-    reproduction = reproduce(run, as_logged, estimator)
+    searches = SearchCache()
+    reproduction = reproduce(run, as_logged, estimator, searches)
     fitted = None if evidence.info.source in SIMULATED_SOURCES else fitted_durations(run.actions)
     prepared = PreparedLog(
         evidence=evidence,
@@ -213,6 +214,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         exact_beliefs=not choice.rounded,
         contradicting=contradicting,
         reproduction=reproduction,
+        search_cache=searches,
         claims=hypothetical or reproduction.same is not False,
         notes=(
             *_notes(evidence, choice, fitted, reproduction, hypothetical=hypothetical),

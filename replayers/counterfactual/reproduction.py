@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_belief import with_beliefs
@@ -47,11 +48,14 @@ class Reproduction:
     why: str = ""
 
 
-def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproduction:
+def reproduce(run: Run, evidence: Evidence, estimator: Estimator, cache: SearchCache | None = None) -> Reproduction:
     """Replays the recorded strategy over its own log.
 
     Built-in strategies only: a log's name for another one is not looked up here, since it could be anybody's code.
     Of a robot's log only what the strategy decided is compared: it walked as it could, and people stepped in.
+
+    Args:
+        cache: the searches over this log; replays may share it.
     """
     name = canonical_name(run.info.strategy)
     if name is None or needs_truth(name):
@@ -60,7 +64,7 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
     planner = strategy(name, origin=NameOrigin.LOG)
-    planner = fast_strategy(planner) if evidence.perception.perfect else planner
+    planner = fast_strategy(planner, cache) if evidence.perception.perfect else planner
     return _compared(run, evidence, events_over(run, evidence, estimator, planner))
 
 

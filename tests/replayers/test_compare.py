@@ -14,6 +14,7 @@ from toy_logs import InOrder, simulated_log
 from toy_replays import kept
 
 from replayers.batch.compare import answers_compatible, changed_houses, compare, cost_difference, runs_once
+from replayers.batch.replay_rows import pair_rows
 from replayers.batch.store import (
     write_replay,
 )
@@ -47,6 +48,18 @@ def test_worlds_are_matched_so_that_common_luck_cancels(tmp_path: Path) -> None:
     alone = cost_difference(msgspec.structs.replace(a, groups=()), b)
     assert not alone.paired
     assert (alone.least, alone.most) == (-5.0, 2.0)
+
+
+def test_rows_pair_the_strategies_of_each_log_and_no_others(tmp_path: Path) -> None:
+    a = kept(InOrder((BED, COUNTER), name="a"), tmp_path)
+    b, c = (kept(InOrder((BED, TABLE, COUNTER), name=name), tmp_path) for name in "bc")
+    elsewhere = [msgspec.structs.replace(r, sha256="another", log="another.mcap") for r in (a, b)]
+    rows = pair_rows([a, elsewhere[0], b, elsewhere[1], c])
+    within = [(a.log, "a", "b"), (a.log, "a", "c"), (a.log, "b", "c")]
+    assert [(row["log"], row["a"], row["b"]) for row in rows] == [*within, ("another.mcap", "a", "b")]
+    for row, (x, y) in zip(rows, [(a, b), (a, c), (b, c), elsewhere], strict=True):
+        apart = cost_difference(x, y)
+        assert (row["difference_lower"], row["difference_upper"]) == (apart.least, apart.most)
 
 
 def test_answers_agree_when_no_type_that_mattered_to_both_differs() -> None:

@@ -25,6 +25,7 @@ class _PlanWriter:
     def __init__(self, problem: Problem, attempt: Attempt) -> None:
         self.problem, self.attempt = problem, attempt
         self.things = {thing.id: thing for thing in problem.things}
+        self.index = {location: i for i, location in enumerate(problem.locations)}
         self.robot = problem.robot_at
         self.chosen: dict[int, PlanningItem] = {}
         self.at: dict[int, LocationId] = {}
@@ -58,11 +59,10 @@ class _PlanWriter:
         return [self.things[name] for name in self.attempt.recipe.slots[slot].things]
 
     def fetch(self, slot: int, b: LocationId) -> None:
-        d = self.problem
         if slot not in self.chosen:
-            i, j = d.locations.index(self.robot), d.locations.index(b)
+            i, j = self.index[self.robot], self.index[b]
             fitting = sorted(self.fitting(slot), key=lambda t: t.id)
-            thing = first_of_least(fitting, lambda t: _fetch_cost(d, t, self.attempt, i, j))
+            thing = first_of_least(fitting, lambda t: _fetch_cost(self.problem, t, self.attempt, i, j))
             self.chosen[slot] = thing
             if thing.missing:
                 self.find(thing, i, j)
@@ -102,7 +102,8 @@ class _PlanWriter:
 
     def walk(self, b: LocationId) -> None:
         if b != self.robot:
-            self.step("move", b, None, self.problem.distance(self.robot, b))
+            metres = self.attempt.arrays.d[self.index[self.robot], self.index[b]]
+            self.step("move", b, None, float(metres))
 
     def step(self, action: str, target: LocationId, thing: PlanningItem | None, cost: float) -> None:
         self.out.append(
@@ -129,14 +130,14 @@ def _fetch_cost(problem: Problem, thing: PlanningItem, attempt: Attempt, i: int,
 
 def without_hypothetical(plan: Plan) -> Plan:
     """The plan without the ids of hypothetical items: of an item that has not been found, only the type is known."""
-    unknown = [any(item.startswith(MISSING) for item in step.items) for step in plan.steps]
-    if not any(unknown):
+    if not any(step.action == "find" for step in plan.steps):
         return plan
-    pairs = zip(plan.steps, unknown, strict=True)
-    return replace(plan, steps=tuple([_without_items(step) if hidden else step for step, hidden in pairs]))
+    return replace(plan, steps=tuple([_without_hypothetical(step) for step in plan.steps]))
 
 
-def _without_items(step: PlanStep) -> PlanStep:
+def _without_hypothetical(step: PlanStep) -> PlanStep:
+    if not any(item.startswith(MISSING) for item in step.items):
+        return step
     return PlanStep(
         action=step.action, origin=step.origin, target=step.target, item_types=step.item_types, cost=step.cost
     )

@@ -86,16 +86,16 @@ def solve(
         at_most: a known plan of this problem; only cheaper plans are sought.
         clock: time source in seconds, read only for the budget.
     """
-    if holds(problem.goal, initial_state(problem), problem):
-        return SolverResult(plan=_plan_of((), lower_bound=0.0))
-    reach = goal_reach(problem)
-    if reach.kind is GoalReach.UNREACHABLE:
-        return SolverResult(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=reach.message))
     if at_most is None and budget_s >= QUICK_S and max_nodes >= MIN_NODES_PER_RECIPE:
         made = delivery_steps(problem, polish_nodes=polish_nodes)
         if made is not None:
             steps, cost, expanded = made
             return SolverResult(plan=_plan_of(steps, lower_bound=cost), expanded=expanded)
+    if holds(problem.goal, initial_state(problem), problem):
+        return SolverResult(plan=_plan_of((), lower_bound=0.0))
+    reach = goal_reach(problem)
+    if reach.kind is GoalReach.UNREACHABLE:
+        return SolverResult(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=reach.message))
     given = at_most.cost if at_most is not None and at_most.status is PlanStatus.SOLVED else float("inf")
     began = clock()
     enough = began + MAX_BUDGET_SHARE * budget_s
