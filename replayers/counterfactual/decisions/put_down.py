@@ -4,7 +4,8 @@ Such a plan fetches an item, puts it down somewhere, does something else, and co
 more each time. It can begin an errand anywhere, and there an item may be the nearest that is the nearest from nowhere
 else. By the triangle inequality no item is nearer from a place than from another less the distance between them. So
 the distances from where other plans begin their errands bound those from everywhere. With these bounds, all plans
-that put something down once or twice are compared, and the others are searched.
+that put something down once or twice are compared, and the others are searched. What most of them fail by: the robot
+carries one item at a time, so it walks at least as far as all of them are carried.
 """
 
 # pyright: reportMissingTypeStubs=false, reportUntypedFunctionDecorator=false
@@ -57,7 +58,8 @@ def may_put_down(
     errands[:, begin] = ways.T
     here, at = int(begin[0]), np.full(items, UNFETCHED)
     visits = (*_visits(1), *_visits(2), *_visits(3))
-    least = _least_metres(here, at, metres, errands, ends, visits)
+    carried = errands.min(axis=1)
+    least = max(_least_metres(here, at, metres, errands, ends, visits), carried.sum())
     if least + again >= straight:
         return False
     if _is_cheaper(metres, errands, begin, *_errands(items, 1), straight - again):
@@ -66,7 +68,9 @@ def may_put_down(
         return False
     if _is_cheaper(metres, errands, begin, *_errands(items, 2), straight - 2 * again):
         return True
-    return least + 3 * again < straight and _may_be_cheaper(metres, errands, begin, again, straight, visits)
+    if least + 3 * again >= straight:
+        return False
+    return _may_be_cheaper(metres, errands, carried, begin, again, straight, visits)
 
 
 @lru_cache(maxsize=2 * MAX_ITEMS)
@@ -177,6 +181,19 @@ def _way(begin: int, item: int, at: Ints, metres: Floats, errands: Floats, ends:
 
 
 @njit(cache=True, nogil=True)
+def _farthest_or_carried(
+    here: int, at: Ints, metres: Floats, errands: Floats, carried: Floats, ends: Indices
+) -> float:
+    """A lower bound on the metres to bring all items that are left: by the farthest, and by all with one in hand."""
+    farthest, in_hand = 0.0, 0.0
+    for item in range(len(at)):
+        if at[item] != DELIVERED:
+            farthest = max(farthest, _way(here, item, at, metres, errands, ends))
+            in_hand += float(carried[item] if at[item] == UNFETCHED else metres[at[item], ends[item]])
+    return max(farthest, in_hand)
+
+
+@njit(cache=True, nogil=True)
 def _is_new(robot: int, at: Ints, last: int, owed: int, spent: float, known: Ints, costs: Floats) -> bool:
     """Whether a state was not reached before at this cost or less; notes it in a hash table (open addressing)."""
     code = ((last + 1) * (MAX_ITEMS + 1) + owed) * MAX_PLACES + robot
@@ -197,9 +214,19 @@ def _is_new(robot: int, at: Ints, last: int, owed: int, spent: float, known: Int
 
 @njit(cache=True, nogil=True)
 def _may_be_cheaper(
-    metres: Floats, errands: Floats, begin: Indices, again: float, straight: float, visits: tuple[Indices, ...]
+    metres: Floats,
+    errands: Floats,
+    carried: Floats,
+    begin: Indices,
+    again: float,
+    straight: float,
+    visits: tuple[Indices, ...],
 ) -> bool:
-    """Whether a plan that puts something down three times or more may be cheaper, by a depth-first search."""
+    """Whether a plan that puts something down three times or more may be cheaper, by a depth-first search.
+
+    Args:
+        carried: lower bounds on the metres from an item to where it is wanted, shape (items,).
+    """
     items, places = errands.shape
     ends = begin[1:]
     at, now = np.full((MAX_STATES + 1, items), UNFETCHED), np.empty(items, np.int64)
@@ -223,20 +250,16 @@ def _may_be_cheaper(
                     leg = max(metres[here, end], errands[item, here] - metres[end, ends[item]])
                 else:
                     leg = metres[here, was] + metres[was, end]
-                now[item] = DELIVERED if place < 0 else place
                 spend = cost + leg + (0.0 if place < 0 else again)
                 still = must if place < 0 else max(must - 1, 0)
                 least = spend + still * again
+                now[item] = DELIVERED if place < 0 else place
                 if np.all(now == DELIVERED):
                     if still == 0 and least < straight:
                         return True
                     now[item] = was
                     continue
-                farthest = 0.0
-                for other in range(items):
-                    if now[other] != DELIVERED:
-                        farthest = max(farthest, _way(end, other, now, metres, errands, ends))
-                left = farthest
+                left = _farthest_or_carried(end, now, metres, errands, carried, ends)
                 if least + left < straight:
                     left = _least_metres(end, now, metres, errands, ends, visits)
                 put = -1 if place < 0 else item
