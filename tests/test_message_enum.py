@@ -71,7 +71,7 @@ TEXTS = {
     "recorders/spot/run/event_text.py NextStep.after": "a line of the live status",
     "recorders/spot/session/inferred_actions.py ActionDeriver._opened_by": "a value of the log",
     "replayers/batch/verify.py _recorded_by": "a part of a sentence",
-    "replayers/commands/replay.py _recorded_as": "the name of a strategy",
+    "replayers/commands/verify_logs.py recorded_as": "the name of a strategy",
     "replayers/counterfactual/overlooked.py misses_note": "a note of a replay",
     "replayers/importers/clocks.py BagClock.note": "a line of the report, made of enumerations",
     "replayers/live/ghost_bounds.py verdict_line": "a sentence with figures; the verdict itself is an enumeration",

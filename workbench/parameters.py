@@ -14,7 +14,7 @@ import inspect
 import math
 import types
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
@@ -22,6 +22,7 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 import click
 from click.shell_completion import CompletionItem
 
+from workbench.errors import BadValue
 from workbench.registered_names import KIND_OF_OPTION, completions
 from workbench.remote.errors import LocalFileRequired
 from workbench.remote.path import RemotePath, path_of
@@ -93,6 +94,30 @@ def command_of(name: str, function: Callable[..., Any], *, help: str) -> click.C
         return function(**values)
 
     return _Explained(name, callback=call, params=params, help=help)
+
+
+def require_left_out(
+    function: Callable[..., Any], given: Mapping[str, Any], *, but: Sequence[str], where: str
+) -> None:
+    """Refuses options that would have no effect, so that nobody takes them to have had one.
+
+    Args:
+        function: the command's function.
+        given: its parameters by name, as they were given.
+        but: the parameters that have an effect.
+        where: in which case the others have none, for the error.
+
+    Raises:
+        BadValue: another parameter differs from its default.
+    """
+    hints = get_type_hints(function, include_extras=True)
+    for name, parameter in inspect.signature(function).parameters.items():
+        if name not in but and given[name] != parameter.default:
+            how = next(each for each in get_args(hints[name]) if isinstance(each, Option))
+            option = max((spelling for spelling in how.spellings or (f"--{name}",)), key=len)
+            value = given[name]
+            shown = "on" if value is True else ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+            raise BadValue(option, shown, f"left out {where}")
 
 
 def _fields(group: type) -> list[tuple[inspect.Parameter, Any]]:

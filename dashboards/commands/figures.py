@@ -10,7 +10,7 @@ from workbench.parameters import Argument, Option
 
 
 def figures(
-    logs: Annotated[list[Path], Argument(help="Logs of one task; the first is in focus.")],
+    logs: Annotated[list[Path], Argument(help="Logs of one task, or a folder of them; the first is in focus.")],
     output: Annotated[Path, Option("-o", "--output", help="The folder to write to.")] = Path("figures"),
     format_: Annotated[
         list[str] | None, Option("--format", help="pdf, svg or png; may be repeated; default: pdf and png.")
@@ -32,11 +32,19 @@ def figures(
     from replayers.runs.gaps import losses
     from workbench.terminal import emit_json, say
 
-    timelines = same_house(read_together(logs))
+    together = read_together(logs)
+    timelines = same_house(together.timelines)
     written = write_figures(timelines, output, formats=tuple(format_ or ("pdf", "png")), force=force)
     found = losses(timeline.run for timeline in timelines)
     if as_json:
-        emit_json({"files": [str(path) for path in written], "lost": found.lost, "cut_off": found.cut_off})
+        emit_json(
+            {
+                "files": [str(path) for path in written],
+                "left_out": together.left_out,
+                "lost": found.lost,
+                "cut_off": found.cut_off,
+            }
+        )
     else:
         say(f"Wrote {len(written)} figures to {output}.")
-    end_with_losses(found)
+    end_with_losses(found, unreadable=len(together.unreadable))

@@ -10,7 +10,7 @@ from workbench.parameters import Argument, Option
 
 
 def render(
-    logs: Annotated[list[Path], Argument(help="Logs of one task; the first is in focus.")],
+    logs: Annotated[list[Path], Argument(help="Logs of one task, or a folder of them; the first is in focus.")],
     output: Annotated[Path, Option("-o", "--output", help="The .png or .mp4 to write.")] = Path("frame.png"),
     at: Annotated[float, Option(help="Seconds after the start; for a video, where it begins.")] = 0.0,
     video: Annotated[bool, Option("--video", help="A video (MP4) instead of a picture.")] = False,
@@ -34,7 +34,7 @@ def render(
 
         lios render run.mcap greedy.mcap --video --speed 8 -o both.mp4
     """
-    from dashboards.library.same_place import read_together
+    from dashboards.library.same_place import read_together, same_house
     from dashboards.rendering.picture import Framing, draw_picture
     from dashboards.rendering.video import draw_video
     from replayers.commands.losses import end_with_losses
@@ -49,7 +49,8 @@ def render(
     framing = Framing(
         width=width, height=height, from_above=from_above, follow=follow_robot, walls=walls, caption=caption
     )
-    timelines, frames = read_together(logs), 1
+    together, frames = read_together(logs), 1
+    timelines = together.timelines
     if film:
         frames = draw_video(
             timelines,
@@ -63,7 +64,7 @@ def render(
         )
     else:
         draw_picture(timelines, output, at_s=at, framing=framing, force=force)
-    found = losses(timeline.run for timeline in timelines)
+    found = losses(timeline.run for timeline in same_house(timelines))
     if as_json:
         emit_json(
             {
@@ -71,10 +72,11 @@ def render(
                 "frames": frames,
                 "width": width,
                 "height": height,
+                "left_out": together.left_out,
                 "lost": found.lost,
                 "cut_off": found.cut_off,
             }
         )
     else:
         say(f"Wrote {output}" + (f" ({frames} frames)." if frames > 1 else "."))
-    end_with_losses(found)
+    end_with_losses(found, unreadable=len(together.unreadable))

@@ -1,25 +1,58 @@
-"""Selects the runs that are of the same place as the first; only those can be drawn into one house."""
+"""Reads the runs that are drawn together: those of the same place as the first, since only they fit one house."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from dashboards.library.library import Library
 from dashboards.model.timeline import Timeline
+from workbench.errors import LiosError
 from workbench.terminal import say
 
 
-def read_together(logs: Sequence[Path]) -> list[Timeline]:
-    """Reads the runs to be shown together, the first in focus; prints which are left out as of another place.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunsTogether:
+    """Runs to be drawn together.
+
+    Attributes:
+        timelines: the first is in focus; those of other places are among them.
+        unreadable: logs of a folder that cannot be read as runs, and why.
+    """
+
+    timelines: tuple[Timeline, ...]
+    unreadable: Mapping[Path, str]
+
+    @property
+    def left_out(self) -> list[str]:
+        """The logs that are not drawn."""
+        return [*(str(t.run.path) for t in other_houses(self.timelines)), *map(str, self.unreadable)]
+
+
+def read_together(logs: Sequence[Path]) -> RunsTogether:
+    """Reads the runs to be shown together, the first in focus; prints which are left out, and why.
 
     Raises:
-        FileMissing, NoLogsInFolder and the other errors of reading a log.
+        FileMissing, NoLogsInFolder and the other errors of reading a log: of a log that is named itself, and of the
+            first log of a folder in which none can be read.
     """
     library = Library(logs)
-    timelines = [library.timeline(index) for index in range(len(library.paths))]
+    named = {path.resolve() for path in logs if not path.is_dir()}
+    timelines, errors = list[Timeline](), dict[Path, LiosError]()
+    for index, path in enumerate(library.paths):
+        try:
+            timelines.append(library.timeline(index))
+        except LiosError as error:
+            if path.resolve() in named:
+                raise
+            errors[path] = error
+    if not timelines:
+        raise next(iter(errors.values()))
+    for error in errors.values():
+        say(f"Left out: {error}")
     print_left_out(timelines)
-    return timelines
+    return RunsTogether(timelines=tuple(timelines), unreadable={path: str(e) for path, e in errors.items()})
 
 
 def same_house(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:

@@ -7,7 +7,7 @@ the interval of the mean difference in drawn worlds.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, final
 from xml.sax.saxutils import escape, quoteattr
@@ -75,13 +75,17 @@ def parse_claim(text: str) -> Claim:
     )
 
 
-def judge(claim: Claim, pairs: Sequence[StrategyComparison]) -> Judgement:
+def judge(claim: Claim, pairs: Sequence[StrategyComparison], *, replayed: Iterable[str] = ()) -> Judgement:
     """What comparisons say of a claim.
 
+    Args:
+        replayed: strategies that were replayed, among them those that can be compared with no other.
+
     Raises:
-        UnknownName: they do not compare its strategies.
+        UnknownName: a strategy that was not replayed.
+        BadValue: two that were not replayed over the same logs.
     """
-    names = sorted({name for pair in pairs for name in (pair.a, pair.b)})
+    names = sorted({name for pair in pairs for name in (pair.a, pair.b)} | set(replayed))
     for name in (claim.dearer, claim.cheaper):
         if name not in names:
             raise UnknownName("strategy", name, names, where="these replays")

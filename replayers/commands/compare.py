@@ -80,11 +80,13 @@ def compare(
     if not records:
         raise MalformedFile(folder, _not_counted(several[0]), JOIN)
     pairs = compared(records, rng=np.random.default_rng(seed))
-    judged = [judge(claim, pairs) for claim in claims]
+    judged = [judge(claim, pairs, replayed=[record.strategy for record in records]) for claim in claims]
     met = tuple(pair for pair in pairs if match.lower() in f"{pair.a} {pair.b}".lower())
     if pairs and not met:
         names = sorted({name for pair in pairs for name in (pair.a, pair.b)})
         say(f"No pair's names contain {match!r}. There are: {', '.join(names)}.")
+    if not pairs:
+        say(_no_pair(records))
     pairs = met
     if frames:
         from replayers.batch.replay_tables import replays_frame, steps_frame
@@ -166,6 +168,18 @@ def _not_counted(run: RunInSeveralLogs) -> str:
     if run.kept is not None:
         return f"{names} are of one run and say the same; it counts once"
     return f"{names} are of one run and say different things, as parts of a split log do; they are left out"
+
+
+def _no_pair(records: Sequence[StoredReplay]) -> str:
+    """Why no two strategies can be compared, and what to do."""
+    names = sorted({record.strategy for record in records})
+    if len(names) == 1:
+        alone = f"{names[0]} is the only strategy here"
+        return f"Nothing to compare: {alone}. Replay others: lios replay LOG... -s all -o DIR"
+    return (
+        f"Nothing to compare: no two of {', '.join(names)} were replayed over the same log with an outcome. "
+        "Replay them together: lios replay LOG... -s all -o DIR"
+    )
 
 
 def _names(logs: Sequence[str]) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+from workbench.errors import LiosError
 from workbench.options import Json
 from workbench.parameters import Argument
 from workbench.terminal import emit_json, emit_text, progress, say
@@ -21,7 +22,8 @@ def doctor(
 ) -> None:
     """Check a log: the file, and the run in it. Exit codes: 0 fine, 1 faulty, 2 not a log, 3 something is missing.
 
-    With --json: one object for one log, {"rows": [...]} for several.
+    Of several logs, each is checked; the exit code is that of the worst. With --json: one object for one log,
+    {"rows": [...]} for several, with the verdict "no-log" for a file that is none.
 
     Examples:
 
@@ -31,19 +33,43 @@ def doctor(
     """
     from replayers.doctor.examine import examine
 
-    examined = [examine(log, progress=lambda parts: progress(parts, title="doctor")) for log in logs]
-    if as_json:
-        answers = [_answer(one) for one in examined]
-        emit_json(answers[0] if len(answers) == 1 else {"rows": answers})
-    else:
-        for one in examined:
+    answers, codes = list[dict[str, Any]](), list[int]()
+    for log in logs:
+        try:
+            one = examine(log, progress=lambda parts: progress(parts, title="doctor"))
+        except LiosError as error:
+            if len(logs) == 1:
+                raise
+            say(str(error))
+            answers.append(_no_log(log, error))
+            codes.append(error.exit_code)
+            continue
+        answers.append(_answer(one))
+        codes.append(one.verdict.exit_code)
+        if not as_json:
             _tell(one)
-    raise click.exceptions.Exit(worst([one.verdict.exit_code for one in examined]))
+    if as_json:
+        emit_json(answers[0] if len(answers) == 1 else {"rows": answers})
+    raise click.exceptions.Exit(worst(codes))
 
 
 def worst(codes: list[int]) -> int:
-    """The worst of several exit codes: faulty before lossy before fine."""
-    return 1 if 1 in codes else max(codes, default=0)
+    """The worst of several exit codes: faulty, then no log, then lossy, then fine."""
+    return next((code for code in (1, 2) if code in codes), max(codes, default=0))
+
+
+def _no_log(log: Path, error: LiosError) -> dict[str, Any]:
+    """The row of a file that cannot be examined; the same fields as those of a log."""
+    return {
+        "file": str(log),
+        "verdict": "no-log",
+        "findings": [{"level": "error", "where": "", "what": str(error), "fix": ""}],
+        "loss_window_s": None,
+        "loss_window_measured": False,
+        "longest_chunk_s": None,
+        "messages": 0,
+        "holds_run": False,
+    }
 
 
 def _answer(one: Examination) -> dict[str, Any]:

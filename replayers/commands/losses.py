@@ -12,14 +12,17 @@ if TYPE_CHECKING:
     from replayers.runs.gaps import LogLosses
 
 
-def end_with_losses(found: LogLosses) -> None:
+def end_with_losses(found: LogLosses, *, unreadable: int = 0) -> None:
     """Says what is missing from each log.
 
+    Args:
+        unreadable: how many logs were left out, each with a line of its own, because they cannot be read.
+
     Raises:
-        click.exceptions.Exit: with 3, where anything had to be dropped; the missing end of a log that was cut off
-            between two records is only said.
+        click.exceptions.Exit: with 3, where anything had to be dropped or left out; the missing end of a log that was
+            cut off between two records is only said.
     """
     for line in found.lines:
         say(line)
-    if found.lost:
+    if found.lost or unreadable:
         raise click.exceptions.Exit(3)

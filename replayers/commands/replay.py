@@ -114,10 +114,14 @@ def replay(
 
         lios replay run.mcap --verify
     """
+    given = dict(locals())
     if verify:
-        if scheduler:
-            raise BadValue("--scheduler", scheduler, "left out with --verify, which runs in this process")
-        _verify(logs, _recorded_as(strategies), json=json)
+        from replayers.commands.verify_logs import recorded_as, verify_logs
+        from workbench.parameters import require_left_out
+
+        taken = ("logs", "strategies", "verify", "workers", "json")
+        require_left_out(replay, given, but=taken, where="with --verify, which runs what was recorded as it was")
+        verify_logs(logs, recorded_as(strategies), json=json)
         return
     import replayers
     from replayers.batch.replay_all import LogFailed
@@ -344,45 +348,3 @@ def _look(look: ContainerLook) -> dict[str, Any]:
     from dataclasses import asdict
 
     return {"log": look.log, **asdict(look.value), "words": look.words}
-
-
-def _recorded_as(strategies: str) -> str:
-    """With --verify, the name by which the recorded strategy can be loaded; empty for that in the log."""
-    if strategies == "all":
-        return ""
-    if "," in strategies:
-        raise BadValue("--strategies", strategies, "one name with --verify: that of the recorded strategy")
-    return strategies.strip()
-
-
-def _verify(logs: list[Path], strategy_name: str, *, json: bool) -> None:
-    import msgspec
-
-    from replayers.batch.replay_all import logs_among
-    from replayers.batch.verify import verify
-    from replayers.runs.run import read
-    from workbench.errors import Failed
-    from workbench.plugins import NameOrigin
-    from workbench.terminal import emit_json, emit_text
-
-    rows: list[dict[str, Any]] = []
-    for log in logs_among(logs):
-        answer = verify(read(log, with_truth=True), strategy_name=strategy_name, origin=NameOrigin.USER)
-        rows.append({"log": str(log), **msgspec.to_builtins(answer)})
-        if not json:
-            end = "" if answer.complete else " (the log is cut off; what it holds was compared)"
-            if answer.stopped:
-                end = f" (the run was stopped: {answer.stopped}; what was recorded until then was compared)"
-            if answer.divergence is None:
-                emit_text(f"{log}: {answer.strategy} again, {counted(answer.decisions, 'decision')} the same{end}")
-            else:
-                d = answer.divergence
-                emit_text(
-                    f"{log}: first difference in decision {d.decision}, {d.topic} {d.field}: "
-                    f"logged {d.logged}, replayed {d.replayed}; {d.why}{end}"
-                )
-    if json:
-        emit_json({"rows": rows})
-    different = [row["log"] for row in rows if not row["same"]]
-    if different:
-        raise Failed(f"{len(different)} of {len(rows)} logs are not what their strategy does: {different[0]}")

@@ -16,8 +16,9 @@ from replayers.runs.correcting import corrections_of
 from replayers.runs.run import Run, read
 from workbench.beliefs.memory.history import EarlierRun, History, require_same_place
 from workbench.beliefs.memory.memory import PastLook
-from workbench.errors import InputError
+from workbench.errors import InputError, LiosError
 from workbench.log_schema.events import ActionFinished, Observation
+from workbench.remote.path import path_of
 from workbench.worlds.house import ContainerId, ItemType
 
 
@@ -49,24 +50,38 @@ class LogsContradict(InputError):
 
 
 def read_history(logs: Sequence[Path]) -> History:
-    """The history that logs hold, or folders of them.
+    """The history that logs hold, or folders of them. What a folder holds beside runs is left out, with a note.
 
     Raises:
         NoLogs, NoLooks: there is nothing to remember.
         AnotherPlace, ContainersChanged: the logs are not of one place with the same containers.
         LogsContradict: two logs of one time disagree.
-        LiosError: a log cannot be read.
+        LiosError: a log that is named itself cannot be read, or no log of a folder can.
     """
-    runs: dict[str, Run] = {}
+    runs, errors = dict[str, Run](), list[LiosError]()
+    named = {path for path in map(path_of, logs) if not path.is_dir()}
     for path in find_logs(list(logs)):
-        run = read(path)
+        try:
+            run = read(path)
+        except LiosError as error:
+            if path in named:
+                raise
+            errors.append(error)
+            continue
         if run.info.source != "replay":
             runs.setdefault(run.info.run_id, run)
-    return history_of(tuple(runs.values()), where=", ".join(map(str, logs)))
+    if errors and not runs:
+        raise errors[0]
+    notes = tuple(f"not remembered: {error}" for error in errors)
+    return history_of(tuple(runs.values()), where=", ".join(map(str, logs)), notes=notes)
 
 
-def history_of(runs: Sequence[Run], *, where: str = "") -> History:
-    """The history of runs of one place; see read_history."""
+def history_of(runs: Sequence[Run], *, where: str = "", notes: tuple[str, ...] = ()) -> History:
+    """The history of runs of one place; see read_history.
+
+    Args:
+        notes: what is to be said of it besides.
+    """
     found = sorted(((_earlier(run), run) for run in runs), key=lambda pair: (pair[0].ended_ns, pair[0].id))
     looks = [list(_looks(run)) for _, run in found]
     if not any(looks):
@@ -82,7 +97,7 @@ def history_of(runs: Sequence[Run], *, where: str = "") -> History:
         plan=newest,
         runs=tuple(earlier for earlier, _ in found),
         looks=tuple(everything),
-        notes=tuple(f"{earlier.log}: {note}" for earlier, run in found for note in corrections_of(run)[1]),
+        notes=(*notes, *(f"{earlier.log}: {note}" for earlier, run in found for note in corrections_of(run)[1])),
     )
 
 

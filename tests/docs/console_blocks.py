@@ -5,7 +5,7 @@ where `<!-- run: python -->` stands before it.
 All blocks of a page run in order, in one folder that has `logs/`, `examples/` and `tools/` of the checkout in it, and
 `procthor/` where the real houses are at hand. A comment before a block changes that:
 
-    <!-- run: loose -->          what is printed changes from run to run and is not compared
+    <!-- run: loose -->          the numbers that are printed change from run to run and are not compared
     <!-- run: exits 3 -->        the exit code that the last command must have
     <!-- run: serves -->         runs until it says an address, which is fetched; then it is stopped
     <!-- run: slow -->           too long for `make test`
@@ -34,6 +34,7 @@ PROCTHOR = Path(os.environ.get("LIOS_PROCTHOR", ROOT.parent / "shared" / "procth
 _BLOCK = re.compile(
     r"(?:<!-- run: (?P<how>[^>]*?) -->\n)?^```(?P<kind>console|python)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL
 )
+_NUMBER, _RULE = re.compile(r"[-+]?[0-9][0-9,]*(?:\.[0-9]+)?"), re.compile(r"([━─])\1+")
 PATIENCE_S = 1200.0
 
 
@@ -128,23 +129,30 @@ def run_page(page: Path, folder: Path) -> list[str]:
             expected = block.exit_code if number == len(block.commands) - 1 else 0
             if code != expected:
                 wrong.append(f"$ {command.text}\nexits with {code}, not {expected}:\n{printed}")
-            elif "loose" not in block.how:
+            else:
                 wrong += [
                     f"$ {command.text}\ndoes not print: {line}\nbut:\n{printed}"
-                    for line in _missing(command, printed)
+                    for line in missing(command, printed, loose="loose" in block.how)
                 ]
     return wrong
 
 
-def _missing(command: Command, printed: str) -> list[str]:
-    actual = [" ".join(line.split()) for line in printed.splitlines()]
+def missing(command: Command, printed: str, *, loose: bool) -> list[str]:
+    """Lines that the page shows and the command does not print; with `loose`, any number stands for any other."""
+    actual = [_words(line, loose=loose) for line in printed.splitlines()]
     lacks = []
     for line in command.shown:
-        words = " ".join(line.split())
+        words = _words(line, loose=loose)
         pattern = re.compile(".*".join(re.escape(part) for part in words.split("...")))
         if words and words != "..." and not any(pattern.fullmatch(other) for other in actual):
             lacks.append(line)
     return lacks
+
+
+def _words(line: str, *, loose: bool) -> str:
+    if loose:
+        line = _RULE.sub(r"\1", _NUMBER.sub("0", line))
+    return " ".join(line.split())
 
 
 def environment() -> dict[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from console_blocks import PROCTHOR, ROOT, blocks_of, is_slow, needs_procthor, prepare, run_page
+from console_blocks import PROCTHOR, ROOT, Command, blocks_of, is_slow, missing, needs_procthor, prepare, run_page
 
 PAGES = [p for p in sorted((ROOT / "docs").rglob("*.md")) if any(not b.skipped for b in blocks_of(p))]
 
@@ -39,3 +39,16 @@ def test_the_tutorials_are_among_them() -> None:
         "spot-session",
         "three-field-trials",
     }
+
+
+def test_a_loose_block_is_compared_but_for_its_numbers() -> None:
+    shown = Command(
+        text="lios evaluate search", shown=["│ lios │ 0.404 │", "┏━━━┓", "conditioned-lios saves -1.9 (95 %)"]
+    )
+    assert missing(shown, "│ lios   │ 12.5 │\n┏━━━━━┓\nconditioned-lios saves 0.2 (95 %)", loose=True) == []
+    assert missing(shown, "│ lios │ +40.4 % │\n┏━━━┓\nconditioned-lios saves -1.9 (95 %)", loose=True) == [
+        "│ lios │ 0.404 │"
+    ]
+    assert missing(shown, "│ lios │ 0.405 │\n┏━━━┓\nconditioned-lios saves -1.9 (95 %)", loose=False) == [
+        "│ lios │ 0.404 │"
+    ]
