@@ -109,7 +109,7 @@ class EventChecks:
             ("searches", outcome.searches, self.looks),
         ):
             if abs(said - seen) > NEAR_LOGGED_SUM * max(1.0, abs(said) / 100):
-                what = f"its {name} are {said:g}, and the actions add up to {seen:g}"
+                what = f"its {name}: {said:g}, and the actions add up to {seen:g}"
                 findings.error("/search/outcome", what, kind=f"sum of {name}")
         if outcome.status == RunStatus.DONE and abs(outcome.cost - outcome.own_cost) > NEAR_LOGGED_SUM:
             findings.error(

@@ -19,6 +19,9 @@ from replayers.doctor.run_checks import RunChecks
 from replayers.log_tools.multi_run import unmarked
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.scan import open_log
+from replayers.runs.gaps import gaps_of
+from replayers.runs.run import read
+from workbench.errors import LiosError
 from workbench.remote.path import path_of
 
 Progress = Callable[[Iterator[Message | Attachment | Metadata]], Iterable[Message | Attachment | Metadata]]
@@ -72,8 +75,11 @@ def examine(path: Path | str, *, progress: Progress = iter) -> Examination:
     if None not in runs and runs:
         findings.add(Level.INFO, "runs", f"{len(runs)} in one log", "Take them apart: lios log split --by run")
     checks = next(iter(runs.values()), RunChecks(findings))
+    lost = _missing_from_run(path, checks) if len(runs) <= 1 and not (walk.cut_off or walk.damaged) else ()
+    for line in lost:
+        findings.add(Level.LOSS, "run", line)
     for each in runs.values() or (checks,):
-        each.finish(cut_off=walk.cut_off, damaged=walk.damaged)
+        each.finish(cut_off=walk.cut_off, damaged=walk.damaged or bool(lost))
     longest_s, promised_s = walk.chunk_span_ns / 1e9, checks.promised_s
     measured = checks.real_time or promised_s is None
     return Examination(
@@ -87,3 +93,14 @@ def examine(path: Path | str, *, progress: Progress = iter) -> Examination:
         messages=count,
         holds_run=checks.holds_run,
     )
+
+
+def _missing_from_run(path: Path, checks: RunChecks) -> tuple[str, ...]:
+    """What is missing from the run in a whole file, as after a filter; what a recovered copy or a part lacks is told
+    of those as such."""
+    if not checks.may_be_complete:
+        return ()
+    try:
+        return gaps_of(read(path)).lost
+    except LiosError:
+        return ()  # the checks of its events say what is wrong

@@ -79,6 +79,11 @@ class RunChecks:
             self.events.finish(partial=partial)
 
     @property
+    def may_be_complete(self) -> bool:
+        """Whether it is a run by itself: no part of a split one, and no copy of a damaged one."""
+        return self.holds_run and not {PART_METADATA, RECOVERED_METADATA} & self.metadata.keys()
+
+    @property
     def real_time(self) -> bool:
         """Whether log times are those of the clock of the recording computer.
 

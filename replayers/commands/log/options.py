@@ -44,8 +44,8 @@ class NoSuchTopic(NotFound):
     """Topics that a log does not have; the message lists those that it has."""
 
     def __init__(self, log: Path, wanted: str, there: Sequence[str]) -> None:
-        listed = ", ".join(there[:MAX_LISTED_TOPICS]) + (", ..." if len(there) > MAX_LISTED_TOPICS else "")
-        super().__init__(f"{log}: no topic {wanted[:200]}. It has {listed or 'none'}; expressions match whole names.")
+        listed = _listed(there) or "none"
+        super().__init__(f"{log}: no topic {wanted[:200]}. It has {listed}; expressions match whole names.")
 
 
 def message_filter(
@@ -92,8 +92,26 @@ def message_filter(
         if topic not in there:
             raise NoSuchTopic(log, repr(topic), there)
     if there and not any(wanted.topic(topic) for topic in there):
-        raise NoSuchTopic(log, " or ".join(map(repr, [*included, *named])) or "that is not excluded", there)
+        met = not wanted.include or any(p.fullmatch(topic) for p in wanted.include for topic in there)
+        raise NoSuchTopic(log, "that is not excluded" if met else " or ".join(map(repr, [*included, *named])), there)
+    _say_unmatched("-y", included, wanted.include, there)
+    _say_unmatched("-n", excluded, wanted.exclude, there)
     return wanted
+
+
+def _say_unmatched(
+    option: str, given: Sequence[str], expressions: Sequence[re.Pattern[str]], there: list[str]
+) -> None:
+    """Says which expressions match no topic: a camera whose name is misspelt would stay in a copy for others."""
+    for text, expression in zip(given, expressions, strict=False):
+        if there and not any(expression.fullmatch(topic) for topic in there):
+            what = "leaves nothing out" if option == "-n" else "takes nothing in"
+            say(f"note: {option} {text!r} {what}: no topic is called so. There are {_listed(there)}.")
+
+
+def _listed(topics: Sequence[str]) -> str:
+    more = len(topics) > MAX_LISTED_TOPICS
+    return ", ".join(topics[:MAX_LISTED_TOPICS]) + (", ..." if more else "")
 
 
 def style_of(compression: str, chunk_size: int | None, force: bool) -> LogLayout:
