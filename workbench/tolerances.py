@@ -55,3 +55,6 @@ SMALLEST = 1e-300
 """Used in place of 0 in a denominator of a continued fraction."""
 FRACTION_ACCURACY = 1e-15
 """A continued fraction ends at a factor closer to 1 than this."""
+
+NEAR_SHOWN_S = 0.1
+"""Moments in seconds that a person read off a view, which shows tenths."""

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from dashboards.library.same_place import same_house
 from dashboards.model.timeline import Timeline
 from dashboards.rendering.chromium import page_of
 from workbench.errors import BadValue, OutputExists
+from workbench.tolerances import NEAR_SHOWN_S
 
 MAX_PX = 4096
 USUAL_PX = (1280, 720)
@@ -53,6 +55,17 @@ class Framing:
         return {"caption": self.caption, "above": self.from_above}
 
 
+def require_within(timelines: Sequence[Timeline], at_s: float, *, option: str) -> None:
+    """Refuses a moment at which no run that is drawn goes on.
+
+    Raises:
+        BadValue: it is before the start, or after the end of the longest run.
+    """
+    lasts_s = max(timeline.duration_s for timeline in same_house(timelines))
+    if not 0 <= at_s <= lasts_s + NEAR_SHOWN_S:
+        raise BadValue(option, f"{at_s:g}", f"within the runs, 0 to {lasts_s:.1f} seconds")
+
+
 def draw_picture(
     timelines: Sequence[Timeline], path: Path, *, at_s: float, framing: Framing, force: bool = False
 ) -> None:
@@ -63,13 +76,12 @@ def draw_picture(
 
     Raises:
         OutputExists: the file is there and force is not given.
-        BadValue: a moment before the start.
+        BadValue: a moment before the start, or after the end of all runs.
         MissingExtra, NoChromium, PageFailed: there is nothing to draw with.
     """
     if path.exists() and not force:
         raise OutputExists(path)
-    if not at_s >= 0:
-        raise BadValue("--at", at_s, "seconds after the start, at least 0")
+    require_within(timelines, at_s, option="--at")
     with page_of(timelines, width=framing.width, height=framing.height, scale=framing.scale) as page:
         page.evaluate("(o) => window.lios.bare(o)", framing.options)
         page.evaluate("(w) => window.lios.walls(w)", framing.walls)

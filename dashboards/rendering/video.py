@@ -14,7 +14,7 @@ from dashboards.library.same_place import same_house
 from dashboards.model.timeline import Timeline
 from dashboards.rendering.chromium import PageFailed, page_of
 from dashboards.rendering.mp4 import Sample, mp4
-from dashboards.rendering.picture import Framing
+from dashboards.rendering.picture import Framing, require_within
 from workbench.errors import BadValue, OutputExists
 from workbench.terminal import progress
 
@@ -48,7 +48,10 @@ def draw_video(
     """
     if path.exists() and not force:
         raise OutputExists(path)
-    end_s = max(t.duration_s for t in timelines) if until_s is None else until_s
+    require_within(timelines, from_s, option="--at")
+    if until_s is not None:
+        require_within(timelines, until_s, option="--until")
+    end_s = max(t.duration_s for t in same_house(timelines)) if until_s is None else until_s
     if not 0 <= from_s < end_s:
         raise BadValue("part of the run", f"{from_s:g} to {end_s:g} s", "from a moment to a later one")
     if not 0.01 <= speed <= 10_000:

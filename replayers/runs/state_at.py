@@ -8,13 +8,14 @@ import numpy as np
 
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Belief
-from workbench.errors import NotFound
-from workbench.log_schema.events import ActionFinished, BeliefUpdate, ItemSighting, SeenItem
+from workbench.errors import BadValue, NotFound
+from workbench.log_schema.events import NANO, ActionFinished, BeliefUpdate, ItemSighting, SeenItem
 from workbench.log_schema.sight_json import sight_from_settings
 from workbench.log_schema.tags_in_passing_json import tags_from_settings
 from workbench.planning.actions import BY_NAME, facts_after
 from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import View
+from workbench.tolerances import NEAR_SHOWN_S
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.sight.sightings import sight_paths
@@ -43,10 +44,19 @@ class Moment:
 
 
 def decision_at(run: Run, seconds: float) -> int:
-    """The last decision made by that many seconds after the run's first event; for an earlier time, the first."""
+    """The last decision made by that many seconds after the run's first event; the first, where none was made yet.
+
+    Raises:
+        NoSuchDecision: the log has none.
+        BadValue: a moment before the run, or after its end.
+    """
     if not run.plans:
         raise NoSuchDecision(run, f"at {seconds:g} s")
     start = min(event.stamp.ns for event in (*run.observations, *run.beliefs, *run.plans))
+    ends = () if run.outcome is None else (run.outcome,)
+    lasts_s = (max(event.stamp.ns for event in (*run.plans, *run.actions, *ends)) - start) / NANO
+    if not 0 <= seconds <= lasts_s + NEAR_SHOWN_S:
+        raise BadValue("--at", f"{seconds:g}", f"within the run, 0 to {lasts_s:.1f} seconds")
     made = [plan.decision for plan in run.plans if plan.stamp.ns - start <= seconds * 1e9]
     return made[-1] if made else run.plans[0].decision
 
