@@ -20,10 +20,10 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.results import Estimate
-from replayers.counterfactual.run_tree import Leaf, RunTree, zero_clock
+from replayers.counterfactual.run_tree import Leaf, RunTree
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import decision_kind, eq1_parts, looks_by, search_traits, uses_beliefs
-from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions
+from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions, zero_clock
 from replayers.counterfactual.world_failure import failure_in_worlds
 from replayers.runs.run import Run
 from workbench.arrays import Floats

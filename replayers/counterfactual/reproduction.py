@@ -14,7 +14,7 @@ from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
-from replayers.counterfactual.run_tree import zero_clock
+from replayers.counterfactual.tree.options import zero_clock
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus

@@ -94,10 +94,8 @@ class Segment:
         steps, picks: how many actions and picks it takes.
         unobserved: the look at which it stops; None at the end of the run.
         ended: how the run ended; None at an unobserved look.
-        by_beliefs: the decisions in it that may have depended on beliefs, each with what it was made by; None where
-            that is unknown.
+        decided: the decisions in it, each with what it was made by; None where that is unknown.
         moves_to_look: its moves on which the robot may see a tag in passing; on none of them it does.
-        puts_down: something is put down on the way, so that a second instance may matter (tree/put_downs.py).
     """
 
     cost: float
@@ -105,9 +103,8 @@ class Segment:
     picks: int
     unobserved: UnobservedLook | None
     ended: SegmentEnd | None
-    by_beliefs: tuple[tuple[DecisionBasis | None, Decision], ...] = ()
+    decided: tuple[tuple[DecisionBasis | None, Decision], ...] = ()
     moves_to_look: tuple[PricedMove, ...] = ()
-    puts_down: bool = False
 
     @property
     def done(self) -> bool:

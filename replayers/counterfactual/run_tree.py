@@ -13,6 +13,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import final
 
+from replayers.counterfactual.decisions.another_instance import AnotherInstance
 from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis, MemoizedStrategy, StateKey
 from replayers.counterfactual.decisions.needed_items import needed_items
 from replayers.counterfactual.decisions.same_decision import SameDecision
@@ -32,7 +33,7 @@ from replayers.counterfactual.run_nodes import (
     UnfinishedWalk,
     UnobservedLook,
 )
-from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions
+from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions, zero_clock
 from replayers.counterfactual.tree.put_downs import destinations, is_put_down
 from replayers.counterfactual.tree.quick_segment import QuickRun, QuickSegment, is_plain
 from workbench.beliefs.belief import Estimator
@@ -101,6 +102,8 @@ class RunTree:
             )
         self._nodes: dict[Hashable, Node] = {}
         self._seen, self._open = evidence.seen_types(), frozenset(evidence.open)
+        unseen = (*evidence.open, *(evidence.doubtful if evidence.misses else ()))
+        self._another = AnotherInstance(strategy, unseen, relevance, self._stands if self._reads_beliefs else None)
         self.root = Node(knowledge=knowledge_at_start(evidence.place.plan, evidence.travel, evidence.known))
 
     @property
@@ -173,13 +176,16 @@ class RunTree:
         return node.certain
 
     def _is_certain(self, node: Node) -> bool:
-        by_beliefs = self.advance(node).by_beliefs
-        if node.imputed and self.advance(node).puts_down:
+        decided = self.advance(node).decided
+        if node.imputed and not self._another.changes_nothing(decided):
             return False
-        if not by_beliefs or (self._options.exact_beliefs and not node.imputed):
+        if self._options.exact_beliefs and not node.imputed:
             return True
-        same = self._same
-        return same is not None and all(basis is not None and same.holds(basis, made) for basis, made in by_beliefs)
+        return all(self._stands(basis, made) for basis, made in decided if self._by_beliefs(basis))
+
+    def _stands(self, basis: DecisionBasis | None, made: Decision) -> bool:
+        """Whether a decision by beliefs is the same whatever else the open containers on the way held."""
+        return basis is not None and self._same is not None and self._same.holds(basis, made)
 
     def events(self, leaf: Leaf, *, explained_by: Strategy | None = None) -> tuple[Event, ...]:
         """The events of the run that ends in a leaf, from the start and with the paths walked.
@@ -262,7 +268,7 @@ class RunTree:
             if made is not None:
                 return self._as_segment(made, node)
         world = self._world_at(node)
-        steps, picks, walked, spent, by_beliefs = 0, 0, 0.0, 0.0, list[tuple[DecisionBasis | None, Decision]]()
+        steps, picks, walked, spent, decided = 0, 0, 0.0, 0.0, list[tuple[DecisionBasis | None, Decision]]()
         puts_down, moves = False, list[PricedMove]()
         if node.walk is not None:
             world, unknown, walked = self._walked(node, node.walk)
@@ -279,9 +285,7 @@ class RunTree:
                 puts_down |= event.success and is_put_down(event.step, self._wanted)
                 spent += event.cost
             elif isinstance(event, PlanMade):
-                basis = self._memoized.basis if self._memoized else None
-                if self._by_beliefs(basis):
-                    by_beliefs.append((basis, event.made))
+                decided.append((self._memoized.basis if self._memoized else None, event.made))
             elif isinstance(event, RunEnded):
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
@@ -299,9 +303,8 @@ class RunTree:
             picks=picks,
             unobserved=unobserved,
             ended=SegmentEnd(ended.status, ended.reason) if unobserved is None else None,
-            by_beliefs=tuple(by_beliefs),
+            decided=tuple(decided),
             moves_to_look=tuple(moves),
-            puts_down=puts_down,
         )
 
     def _as_segment(self, made: QuickSegment, node: Node) -> Segment:
@@ -317,8 +320,7 @@ class RunTree:
             picks=made.picks,
             unobserved=unobserved,
             ended=SegmentEnd(RunStatus.DONE, GOAL_MET) if unobserved is None else None,
-            by_beliefs=tuple((basis, decision) for basis, decision in made.decided if self._by_beliefs(basis)),
-            puts_down=puts_down,
+            decided=tuple(made.decided),
         )
 
     def _by_beliefs(self, basis: DecisionBasis | None) -> bool:
@@ -393,8 +395,3 @@ class RunTree:
         assert segment.ended is not None, "a leaf is an end"
         charged = own_cost if segment.done else self.evidence.task.failure_cost
         return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=segment.ended.status)
-
-
-def zero_clock() -> float:
-    """A clock that stands still: planning time is not charged in a replay, since it depends on the machine."""
-    return 0.0

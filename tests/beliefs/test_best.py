@@ -64,6 +64,15 @@ def test_no_other_contents_lead_to_another_belief(
             assert believed.probability.tobytes() in tables
 
 
+def test_a_second_item_of_a_type_in_one_container_changes_no_belief(house: House, best: BestEstimator) -> None:
+    first, second, third = (c.id for c in house.plan.containers[:3])
+    once = {first: [str(ASKED[0]), "Vase"], second: [], third: [str(ASKED[1])]}
+    for container, more in ((first, str(ASKED[0])), (first, "Vase"), (third, str(ASKED[1]))):
+        twice = once | {container: [*once[container], more]}
+        believed = [best.believe(knowledge_of(house, told), ASKED).probability for told in (once, twice)]
+        np.testing.assert_array_equal(*believed)
+
+
 def test_other_items_raise_four_features_and_change_no_other(house: House, best: BestEstimator) -> None:
     first, second = (c.id for c in house.plan.containers[:2])
     tables = []

@@ -17,7 +17,7 @@ def test_a_moment_after_the_end_is_refused_before_anything_is_drawn(tmp_path: Pa
     runs = [timeline_of(toy_run())]
     after = runs[0].duration_s + 1
     for at_s in (-1.0, after):
-        with pytest.raises(BadValue, match="--at is .* within the runs"):
+        with pytest.raises(BadValue, match=r"--at is .* within the runs"):
             draw_picture(runs, tmp_path / "a.png", at_s=at_s, framing=Framing())
     with pytest.raises(BadValue, match="--at is "):
         draw_video(runs, tmp_path / "a.mp4", framing=Framing(), from_s=after)

@@ -19,9 +19,9 @@ from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Assumptions, demand, imputed_items, relevance_of
 from replayers.counterfactual.results import Assignment, Proof
-from replayers.counterfactual.run_tree import RunTree, zero_clock
+from replayers.counterfactual.run_tree import RunTree
 from replayers.counterfactual.strategy_traits import search_traits, uses_beliefs
-from replayers.counterfactual.tree.options import TreeOptions
+from replayers.counterfactual.tree.options import TreeOptions, zero_clock
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import LoopOptions, outcome_of, run_task

@@ -52,7 +52,7 @@ def nodes_below(node: Node) -> list[Node]:
 
 
 def facts(segment: Segment) -> tuple[object, ...]:
-    decided = [decision for _, decision in segment.by_beliefs]
+    decided = [decision for _, decision in segment.decided]
     return (segment.cost, segment.steps, segment.picks, segment.unobserved, segment.ended, decided)
 
 

@@ -66,7 +66,10 @@ class FollowsContents(Protocol):
         *,
         at_most: int,
     ) -> tuple[Belief, ...] | None:
-        """Every belief that other items in some searched containers can lead to; None where there are too many."""
+        """Every belief that other items in some searched containers can lead to; None where there are too many.
+
+        How many items of one type a container holds, if any, must change no belief (another_instance.py).
+        """
         ...
 
 

@@ -47,3 +47,8 @@ class TreeOptions:
     traits: SearchTraits = UNKNOWN
     durations: Durations = SIMULATED
     as_driven: bool = False
+
+
+def zero_clock() -> float:
+    """A clock that stands still: planning time is not charged in a replay, since it depends on the machine."""
+    return 0.0

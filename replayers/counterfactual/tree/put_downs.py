@@ -1,9 +1,5 @@
-"""Items put down on the way, after which a second instance of their type may matter.
-
-Answers count instances up to the demand: where the goal uses one book, a container with two counts as one with one.
-That is right as long as the robot carries what it takes straight to where it is wanted. A robot that puts the book
-down on the way and comes by its container again would take the second book there, if there were one.
-"""
+"""Items put down on the way: a run that does so carries one of them twice, so that bounds for runs that carry
+everything straight to where it is wanted (upper_bound.py) say nothing of it."""
 
 from __future__ import annotations
 
