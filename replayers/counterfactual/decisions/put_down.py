@@ -24,7 +24,7 @@ from workbench.arrays import Floats, Indices, Ints
 MAX_ITEMS = 3
 """With more items there are too many such plans."""
 
-MAX_STATES = 20_000
+MAX_STATES = 5_000
 """Where a search would have to look at more states, a plan may be cheaper."""
 
 WANTED = -1
