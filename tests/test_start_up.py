@@ -13,7 +13,7 @@ LOG = "logs/find-greedy.mcap"
 
 NUMBERS = {"numpy", "numba", "scipy", "pandas", "pyarrow"}
 SCIPY = {"scipy.optimize", "scipy.cluster", "scipy.spatial", "scipy.ndimage", "scipy.sparse"}
-"""Numba itself loads scipy.linalg."""
+"""Numba itself loads scipy.linalg where it compiles."""
 PICTURES = {"matplotlib", "viser", "PIL", "skimage", "shapely"}
 TORCH = {"torch", "sentence_transformers"}
 
@@ -37,6 +37,13 @@ TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
 )
 def test_a_command_loads_nothing_big_that_it_does_not_use(command: str, spared: set[str]) -> None:
     assert not spared & _loaded(RUN + TELL, *command.split())
+
+
+def test_what_is_compiled_already_is_loaded_without_the_compiler() -> None:
+    """What numba prepares in order to compile, scipy.linalg among it, takes a quarter of a replay's start."""
+    command = ("replay", LOG, "-s", "opt-greedy", "--workers", "1")
+    _loaded(RUN, *command)
+    assert not {"scipy.linalg", "numba.np.arraymath", "numba.typed.typeddict"} & _loaded(RUN + TELL, *command)
 
 
 def test_a_list_that_is_cached_reads_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

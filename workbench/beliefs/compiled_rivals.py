@@ -9,12 +9,12 @@ cache where that cannot be written.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats, Ints
+from workbench.third_party.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def share_among_rivals(
     rates: Floats, room: Ints, nodes: Floats, weights: Floats
 ) -> Floats:  # pragma: no cover (compiled)

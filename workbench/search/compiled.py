@@ -13,9 +13,9 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats, Ints
+from workbench.third_party.kernels import kernel
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
 TILE = 64
@@ -83,7 +83,7 @@ def pair_costs(
     return _pair_costs(missing, sets, between_m, from_m, found, float(search), (start, pairs), layers)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _layers(k: int) -> tuple[Ints, Ints, Ints]:
     """Subsets by size: all subsets in that order, each one's place within its size, where each size starts."""
     n = 1 << k
@@ -103,7 +103,7 @@ def _layers(k: int) -> tuple[Ints, Ints, Ints]:
     return order, position, start
 
 
-@njit(cache=True, nogil=True, fastmath=MATH)
+@kernel(fastmath=MATH)
 def _cost_table(
     missing: Floats,
     between_m: Floats,
@@ -159,7 +159,7 @@ def _cost_table(
                     answer[item, o, first + g] = best[g]
 
 
-@njit(cache=True, nogil=True, fastmath=MATH)
+@kernel(fastmath=MATH)
 def _pair_costs(
     missing: Floats,
     sets: Ints,
@@ -199,7 +199,7 @@ def _pair_costs(
     return answer
 
 
-@njit(cache=True, nogil=True, fastmath=MATH, inline="always")
+@kernel(fastmath=MATH, inline="always")
 def _least(best: Floats, r: float, metres: Floats, left: Ints, count: int, onward: Floats) -> None:
     """best[g] = min over the candidates left of r d + onward; two at a time, so that best is written less often."""
     width = len(best)
@@ -214,7 +214,7 @@ def _least(best: Floats, r: float, metres: Floats, left: Ints, count: int, onwar
         j += 2
 
 
-@njit(cache=True, nogil=True, fastmath=MATH)
+@kernel(fastmath=MATH)
 def _best_order(missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float) -> Ints:
     k = len(from_m)
     n = 1 << k

@@ -11,9 +11,9 @@ from __future__ import annotations
 from math import exp, expm1, log1p
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats, Indices
+from workbench.third_party.kernels import kernel
 from workbench.tolerances import NEWTON_STEP, RELATIVE
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
@@ -22,7 +22,7 @@ INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 MAX_NEWTON_STEPS = 60
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def chance_of_any(p: Floats) -> Floats:
     """z of remaining._chance_of_any, by rows: shape (rows, containers) -> (rows, 1)."""
     answer = np.empty((len(p), 1))
@@ -44,7 +44,7 @@ def chance_of_any(p: Floats) -> Floats:
     return answer
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def missing_by_counts(shown: Floats, hidden: Floats, rest: Floats, kind: int) -> Floats:
     """R(n) of repeated_looks.missing from its _outcomes, shape (item types, k, counts), and the part of `hidden` of
     the other containers, shape (item types,): shape (item types, counts**k)."""
@@ -73,7 +73,7 @@ def missing_by_counts(shown: Floats, hidden: Floats, rest: Floats, kind: int) ->
     return answer
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def missing_by_subset(weights: Floats, candidates: Indices, kind: int) -> Floats:
     """R(S) of remaining.still_missing_by_subset from remaining.weights: shape (item types, 2**k)."""
     items, k = candidates.shape
@@ -101,7 +101,7 @@ def missing_by_subset(weights: Floats, candidates: Indices, kind: int) -> Floats
     return answer
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def non_candidate_order(p: Floats, searched: Indices, from_m: Floats, between_m: Floats) -> Indices:
     """corrected.non_candidate_order given the mean distance from the candidates, shape (item types, containers)."""
     items, n = p.shape

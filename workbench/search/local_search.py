@@ -19,9 +19,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats, Ints
+from workbench.third_party.kernels import kernel
 from workbench.tolerances import RELATIVE
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
@@ -67,7 +67,7 @@ class _PrefixSums(NamedTuple):
     upto: Floats
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def improve(start: Ints, query: TourQuery, passes: int) -> tuple[Ints, float]:
     """Improve an order by at most `passes` passes over all moves, accepting every move that helps.
 
@@ -104,7 +104,7 @@ def improve(start: Ints, query: TourQuery, passes: int) -> tuple[Ints, float]:
     return order, now.upto[n] / now.left[0]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _initial_missing(query: TourQuery) -> float:
     """The probability that the object is missing before the first stop, not normalised."""
     if query.model == INDEPENDENT:
@@ -115,7 +115,7 @@ def _initial_missing(query: TourQuery) -> float:
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fill_prefix_sums(order: Ints, query: TourQuery, now: _PrefixSums) -> None:
     """Fills `now` for an order."""
     for j in range(len(order)):
@@ -127,7 +127,7 @@ def _fill_prefix_sums(order: Ints, query: TourQuery, now: _PrefixSums) -> None:
         now.upto[j + 1] = now.upto[j] + now.left[j] * (leg + query.look) + end * query.found[a]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _stop_after_move(order: Ints, place: int, first: int, length: int, to: int) -> int:
     """The container at a position of the segment that a move touches.
 
@@ -140,7 +140,7 @@ def _stop_after_move(order: Ints, place: int, first: int, length: int, to: int) 
     return order[place - length] if to < first else order[place + length]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _move_improves(
     order: Ints, first: int, length: int, to: int, low: int, high: int, query: TourQuery, now: _PrefixSums
 ) -> bool:

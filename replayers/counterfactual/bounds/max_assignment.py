@@ -12,9 +12,9 @@ Why not that function: its import takes 0.30 s of processor time beside numba an
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats, Ints
+from workbench.third_party.kernels import kernel
 
 
 def max_assignment(worth: Floats) -> tuple[Ints, Ints]:
@@ -31,7 +31,7 @@ def max_assignment(worth: Floats) -> tuple[Ints, Ints]:
     return np.arange(rows), _column_of_each_row(np.ascontiguousarray(-worth, dtype=np.float64))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _column_of_each_row(cost: Floats) -> Ints:
     """The cheapest column for every row, each column used at most once; needs no more rows than columns."""
     rows, columns = cost.shape

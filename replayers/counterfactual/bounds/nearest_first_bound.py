@@ -19,13 +19,13 @@ from itertools import permutations
 from typing import NamedTuple, final
 
 import numpy as np
-from numba import njit
 
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
 from workbench.arrays import Bools, Floats, Ints
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import distinct_deliveries
+from workbench.third_party.kernels import kernel
 from workbench.tolerances import MIN_SCALE, RELATIVE
 from workbench.worlds.house import LocationId
 from workbench.worlds.knowledge import Knowledge
@@ -131,7 +131,7 @@ class NearestFirstBound:
         )
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _most(state: _Errands) -> float:
     """The cost of the most expensive run: depth first over the parts that errands bring while something is missing,
     one level for each chain of looks."""
@@ -178,7 +178,7 @@ def _most(state: _Errands) -> float:
     return most
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> float:
     """The largest remaining cost once a look into container `last` shows the last missing item; 0 where it cannot."""
     most, place = 0.0, int(state.containers[last])
@@ -205,7 +205,7 @@ def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> floa
     return most
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _errand(state: _Errands, part: int, at: int, gone: Bools) -> float:
     """The longest errand that a part may take from a location on; -1 where its item cannot have been found, except
     where it is wanted. Of instances that are known, a shortest plan takes the one that makes the errand shortest."""
@@ -222,7 +222,7 @@ def _errand(state: _Errands, part: int, at: int, gone: Bools) -> float:
     return longest + 2.0 * state.handle if longest >= 0 else -1.0
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _chain(state: _Errands, at: int, brought: int, gone: Bools, chain: Ints, spent: Floats) -> int:
     """The looks from a location on, for as long as something may be missing; fills the containers, and what has been
     spent after each (spent[0] is given). Overwrites `gone`.
@@ -250,7 +250,7 @@ def _chain(state: _Errands, at: int, brought: int, gone: Bools, chain: Ints, spe
     return length
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _may_be_missing(state: _Errands, brought: int, gone: Bools) -> bool:
     """Whether the item of some part may still be missing after looks into those containers."""
     unseen_left = False

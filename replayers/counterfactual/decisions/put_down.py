@@ -17,9 +17,9 @@ from functools import lru_cache
 from itertools import pairwise, permutations, product
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats, Indices, Ints
+from workbench.third_party.kernels import kernel
 
 MAX_ITEMS = 3
 """With more items there are too many such plans."""
@@ -103,7 +103,7 @@ def _visits(items: int) -> tuple[Indices, Indices]:
     return np.array(list(permutations(range(items))), dtype=np.intp), np.array(picked, dtype=np.intp)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _is_cheaper(metres: Floats, errands: Floats, begin: Indices, of: Indices, to: Indices, limit: float) -> bool:
     """Whether a plan of certain errands takes fewer metres than a limit, with things put down anywhere.
 
@@ -140,7 +140,7 @@ def _is_cheaper(metres: Floats, errands: Floats, begin: Indices, of: Indices, to
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _least_metres(
     here: int, at: Ints, metres: Floats, errands: Floats, ends: Indices, visits: tuple[Indices, ...]
 ) -> float:
@@ -172,7 +172,7 @@ def _least_metres(
     return best
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _way(begin: int, item: int, at: Ints, metres: Floats, errands: Floats, ends: Indices) -> float:
     """A lower bound on the metres from a place to an item and on to where it is wanted."""
     if at[item] == UNFETCHED:
@@ -180,7 +180,7 @@ def _way(begin: int, item: int, at: Ints, metres: Floats, errands: Floats, ends:
     return metres[begin, at[item]] + metres[at[item], ends[item]]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _farthest_or_carried(
     here: int, at: Ints, metres: Floats, errands: Floats, carried: Floats, ends: Indices
 ) -> float:
@@ -193,7 +193,7 @@ def _farthest_or_carried(
     return max(farthest, in_hand)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _is_new(robot: int, at: Ints, last: int, owed: int, spent: float, known: Ints, costs: Floats) -> bool:
     """Whether a state was not reached before at this cost or less; notes it in a hash table (open addressing)."""
     code = ((last + 1) * (MAX_ITEMS + 1) + owed) * MAX_PLACES + robot
@@ -212,7 +212,7 @@ def _is_new(robot: int, at: Ints, last: int, owed: int, spent: float, known: Int
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _may_be_cheaper(
     metres: Floats,
     errands: Floats,

@@ -13,9 +13,9 @@ Why not that function: its import takes 0.24 s of processor time beside numba an
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats
+from workbench.third_party.kernels import kernel
 
 
 def merge_widths(apart: Floats) -> Floats:
@@ -27,7 +27,7 @@ def merge_widths(apart: Floats) -> Floats:
     return np.sort(_merged(np.array(apart, dtype=np.float64)))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _merged(apart: Floats) -> Floats:
     """The diameters in the order of the merges; overwrites the distances."""
     n = len(apart)
@@ -37,7 +37,9 @@ def _merged(apart: Floats) -> Floats:
     length = 0
     for merge in range(n - 1):
         if length == 0:
-            chain[0] = np.argmax(is_left)
+            chain[0] = 0
+            while not is_left[chain[0]]:
+                chain[0] += 1
             length = 1
         while True:
             at = chain[length - 1]

@@ -8,9 +8,9 @@ cache where that cannot be written. Sums keep their order, so the same rows give
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats, Ints32, Uints8
+from workbench.third_party.kernels import kernel
 
 BLOCK = 256
 """Rows evaluated together: their features fit into the second-level cache."""
@@ -19,7 +19,7 @@ MIN_GAIN = 1e-9
 """Minimum improvement of a split, so that rounding never decides."""
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def walk(columns: Floats, feature: Ints32, threshold: Floats, value: Floats) -> Floats:
     """The sum of leaf values over all trees for each row, shape (rows,)."""
     count = columns.shape[1]
@@ -39,7 +39,7 @@ def walk(columns: Floats, feature: Ints32, threshold: Floats, value: Floats) -> 
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def grow(
     binned: Uints8, slope: Floats, curve: Floats, columns: Ints32, depth: int, ridge: float, bins: int
 ) -> tuple[Ints32, Ints32, Floats]:
@@ -66,7 +66,7 @@ def grow(
     return feature, cut, -g / (h + ridge)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _sums(
     binned: Uints8, slope: Floats, curve: Floats, columns: Ints32, leaf: Ints32, leaves: int, bins: int
 ) -> Floats:
@@ -80,7 +80,7 @@ def _sums(
     return sums
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _best_split(sums: Floats, ridge: float) -> tuple[int, int]:
     """The column and bin that split all leaves of a level best."""
     best, column, cut = -1.0, 0, 0

@@ -12,9 +12,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Floats, Ints
+from workbench.third_party.kernels import kernel
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
 
@@ -31,7 +31,7 @@ class FindRoutes(NamedTuple):
     end: Ints
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def find_routes(tables: Floats, d: Floats) -> FindRoutes:
     """The routes; of equal ones (ties.py) that without a walk, else the first in the order of places.
 
@@ -59,7 +59,7 @@ def find_routes(tables: Floats, d: Floats) -> FindRoutes:
     return FindRoutes(metres, begin, end)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _cheapest(before: Floats, after: Floats, own: int) -> int:
     """By which place it is cheapest; its own where no other costs less."""
     best = np.inf

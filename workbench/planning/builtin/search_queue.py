@@ -4,17 +4,18 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import Any
 
-import numba
 import numpy as np
+
+from workbench.third_party.kernels import kernel
 
 INF = np.inf
 
 
 def compiled(function: Any) -> Any:
     """The function compiled by numba, kept on disk; it releases the GIL."""
-    return cast(Any, numba.njit(cache=True, nogil=True)(function))
+    return kernel()(function)
 
 
 @compiled

@@ -19,9 +19,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from workbench.arrays import Bools, Floats, Ints
+from workbench.third_party.kernels import kernel
 from workbench.tolerances import MIN_SCALE, NO_CHANCE, RELATIVE
 
 FETCH, LOOK = 0, 1
@@ -100,7 +100,7 @@ class Scratch(NamedTuple):
     is_known: Bools
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def remaining_cost_table(missing: Floats, between_m: Floats, found: Floats, beyond: float, look: float) -> Floats:
     """The table of Eq. 1 for one type: reference.cost_table before its last step, shape (2**c, c)."""
     c = len(found)
@@ -121,7 +121,7 @@ def remaining_cost_table(missing: Floats, between_m: Floats, found: Floats, beyo
     return table
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def sample_worlds(chance: Floats, exists: bool, even: Floats, uniform: Floats, held: Bools) -> None:
     """Sample worlds of one item type.
 
@@ -152,7 +152,7 @@ def sample_worlds(chance: Floats, exists: bool, even: Floats, uniform: Floats, h
                 held[w, a] = a == first
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def rollout_costs(kinds: Ints, targets: Ints, here: DeliveryState, held: Bools) -> Floats:
     """The cost of each first step, continued by the policy, in each world, shape (steps, worlds).
 
@@ -178,7 +178,7 @@ def rollout_costs(kinds: Ints, targets: Ints, here: DeliveryState, held: Bools) 
     return answer
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _rollout(kind: int, target: int, here: DeliveryState, held: Bools, room: Scratch) -> float:
     searched, subset, known, places, legs, rest, finds, is_known = room
     wants, n = len(here.targets), len(here.containers)
@@ -224,7 +224,7 @@ def _rollout(kind: int, target: int, here: DeliveryState, held: Bools, room: Scr
     return cost + FAILURE_COST
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _known_instance_cost(here: DeliveryState, want: int, at: int, known: Ints, places: Ints) -> float:
     """Distance in metres through the best known instance to the want's target."""
     best = np.inf
@@ -234,7 +234,7 @@ def _known_instance_cost(here: DeliveryState, want: int, at: int, known: Ints, p
     return best
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _fill_legs(
     legs: Floats,
     here: DeliveryState,
@@ -273,7 +273,7 @@ def _fill_legs(
                 legs[row, k] = np.inf
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _find_cost(here: DeliveryState, want: int, start: int, subset: int) -> tuple[float, int]:
     """The cost by Eq. 1 of finding a want after a subset of its candidates has been searched, and the first look."""
     r, c = here.missing[want, subset], here.candidates.shape[1]
@@ -290,7 +290,7 @@ def _find_cost(here: DeliveryState, want: int, start: int, subset: int) -> tuple
     return best / r, look
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _beginning_with(here: DeliveryState, want: int, start: int, subset: int, j: int) -> float:
     """Eq. 1's cost of a find that looks into candidate j first, weighted by the chance that it comes to that."""
     r, after = here.missing[want, subset], subset | 1 << j
@@ -300,13 +300,13 @@ def _beginning_with(here: DeliveryState, want: int, start: int, subset: int, j: 
     return ahead + here.onward[want, after, j]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _slack(cost: float) -> float:
     """By how much an equal cost may be above the least: ties.tolerance."""
     return RELATIVE * max(MIN_SCALE, abs(cost))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _first_want_of_best_order(legs: Floats, rest: Floats, alternatives: Ints, done: int) -> int:
     """The first want of the cheapest order of the remaining wants, over all ways of meeting the goal, or -1."""
     wants = legs.shape[1]
@@ -337,7 +337,7 @@ def _first_want_of_best_order(legs: Floats, rest: Floats, alternatives: Ints, do
     return -1
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _next_look(here: DeliveryState, want: int, at: int, subset: int, searched: Bools) -> int:
     """The next candidate by Eq. 1; after the candidates, the container with the largest ratio of probability to
     distance; -1 for none."""
@@ -354,7 +354,7 @@ def _next_look(here: DeliveryState, want: int, at: int, subset: int, searched: B
     return -1
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _worth(here: DeliveryState, want: int, at: int, a: int) -> float:
     """The chance of a container against the distance there and on to the target."""
     place = here.containers[a]

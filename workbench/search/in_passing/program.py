@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,10 +60,10 @@ def first_costs(missing: Floats, legs: SightLegs, found: Floats, search: float) 
 def _program() -> Callable[[Floats, SightLegs, Floats, float], Floats]:
     """The loops compiled, or as they are where numba cannot be imported."""
     try:
-        from numba import njit
+        from workbench.third_party.kernels import kernel
     except ImportError:
         return loops
-    return cast(Callable[[Floats, SightLegs, Floats, float], Floats], njit(cache=True, nogil=True)(loops))
+    return kernel()(loops)
 
 
 def loops(missing: Floats, legs: SightLegs, found: Floats, search: float) -> Floats:

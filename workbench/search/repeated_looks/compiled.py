@@ -18,6 +18,7 @@ from numba import njit
 
 from workbench.arrays import Floats, Ints, Uints64
 from workbench.search.repeated_looks.simd import LANES, TOGETHER, aligned, least, least_together, price
+from workbench.third_party.kernels import kernel
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
 TILE = 40
@@ -72,7 +73,7 @@ def _width(targets: int, rows: int) -> int:
     return -(-targets // (shares * LANES)) * LANES
 
 
-@njit(cache=True, nogil=True, fastmath=MATH)
+@kernel(fastmath=MATH)
 def _cost_table(
     missing: Floats,
     between_m: Floats,
@@ -153,7 +154,7 @@ def _next_state(
     return np.int64(in_left), np.int64(in_stood)  # pyright: ignore[reportReturnType]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _best_sequence(
     missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float, looks: int
 ) -> Ints:

@@ -14,6 +14,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from workbench.arrays import Floats, Uints64
+from workbench.third_party.kernels import kernel
 
 LANES = 8
 """Targets in one register (of 512 bits; LLVM splits it on machines that have smaller ones)."""
@@ -210,7 +211,7 @@ def _lesser(builder, new, old):
     return builder.select(builder.fcmp_ordered("<", new, old, flags=FLAGS), new, old)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def aligned(rows, targets):
     """Zeros of shape (rows, targets) in which every register begins at a line of the processor's cache."""
     flat = np.zeros(rows * targets + LANES)
