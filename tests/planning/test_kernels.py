@@ -113,6 +113,19 @@ def test_the_mean_over_worlds_is_the_expected_cost_of_the_search(chances: list[f
     assert costs.mean() == pytest.approx(search.cost + 5, abs=4 * costs.std() / np.sqrt(worlds))
 
 
+def test_worlds_run_together_cost_what_each_costs_alone() -> None:
+    """Worlds that show the same share the policy's moves; which others are run with a world changes nothing."""
+    goal = AllOf(parts=(MUG_TO_BED, Delivered(item_type=BOOK, at=LocationId(DESK))))
+    here = delivery(view_of(goal, {BOOK: [0.2, 0.3, 0.2, 0.1, 0.4], MUG: [0.3, 0.2, 0.3, 0.1, 0.1]}))
+    held = np.random.default_rng(3).random((40, 2, 5)) < 0.3
+    looks = np.full(5, LOOK), np.arange(5)
+    together = rollouts.rollout_costs(*looks, here.situation, held)
+    alone = [rollouts.rollout_costs(*looks, here.situation, world[None])[:, 0] for world in held]
+    assert together.T.tolist() == np.array(alone).tolist()
+    assert together.max() > rollouts.FAILURE_COST, "in some worlds one of them is nowhere"
+    assert together.min() < rollouts.FAILURE_COST
+
+
 def test_what_may_not_exist_is_drawn_as_it_is_believed() -> None:
     rng, held = np.random.default_rng(2), np.zeros((4000, 2), dtype=np.bool_)
     rollouts.sample_worlds(np.array([0.3, 0.6]), False, rng.random(4000), rng.random((4000, 2)), held)

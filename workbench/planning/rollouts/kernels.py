@@ -7,8 +7,11 @@ look, as ConditionedLIOS does: legs of known items cost their distance, legs of 
 candidates not yet searched; the cheapest order of deliveries is chosen, and its first leg is walked, or the first
 look of its search is taken. All first steps are tried in the same worlds, so that costs can be compared pairwise.
 
-`_find_cost` is the one function that is not inlined: it is called at two places, and inlined at both it takes half as
-long again to compile, while the rollouts take as long.
+Worlds that have shown the same so far are in the same state, so the policy decides once for all of them: after each
+first step its moves form a tree, in which what a look shows leads on. Five of six moves are found there.
+
+Numba counts the references to each array that it takes out of a named tuple. That took half of the time, so the loop
+over the worlds takes them out once for all.
 
 Import this module lazily: importing numba takes most of a second.
 """
@@ -20,19 +23,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.arrays import Bools, Floats, Ints
+from workbench.arrays import Bools, Floats, Ints, Ints8
 from workbench.third_party.kernels import kernel
 from workbench.tolerances import MIN_SCALE, NO_CHANCE, RELATIVE
 
 FETCH, LOOK = 0, 1
 """Kinds of first steps: fetch (or go on carrying) a wanted item and deliver it; look into a container."""
 
-MAX_STEPS = 400
+MET, STUCK = -1, -2
+"""In place of a move: the goal is met; the policy can do nothing more."""
+
 FAILURE_COST = 1e4
 """Cost of a world in which the policy cannot complete the delivery."""
 
 MIN_REMAINING_PROBABILITY = 1e-9
 """A find with no more than this chance of coming to a next candidate has none left."""
+
+NONE, UNKNOWN = -1, -2
+"""In place of a candidate or node: there is none; it is not computed yet."""
 
 
 class DeliveryState(NamedTuple):
@@ -81,13 +89,18 @@ class DeliveryState(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch arrays that all rollouts share, one after the other.
 
+    A move is to look into a container (its index, below n), or to fetch a want's item, or to go on carrying it, and
+    deliver it (n and the want's index).
+
     Attributes:
         searched: searched containers, shape (n,); subset: bit mask of each want's searched candidates, shape (K,).
         places, known: as in DeliveryState, plus the instances found since.
         legs: cost of delivering each want from the robot's location (row 0) and from each target, shape (K + 1, K).
         rest: cost of the remaining wants (a mask), by the want delivered last, shape (2**K, K + 1).
-        finds: cache of find costs across worlds, by origin (containers, then targets of wants), want and
-            subset, shape (n + K, K, 2**c); is_known: which entries are filled.
+        finds: cache of find costs across worlds, by origin (the move that led there), want and subset, shape
+            (n + K, K, 2**c); first: of the same finds, the candidate looked into first.
+        moves: the move at each node of the tree of one first step; the first node is its root.
+        after: the next node by the wants that a move shows (a bit mask), shape (nodes, 2**K).
     """
 
     searched: Bools
@@ -97,7 +110,9 @@ class Scratch(NamedTuple):
     legs: Floats
     rest: Floats
     finds: Floats
-    is_known: Bools
+    first: Ints8
+    moves: Ints
+    after: Ints
 
 
 @kernel()
@@ -162,6 +177,7 @@ def rollout_costs(kinds: Ints, targets: Ints, here: DeliveryState, held: Bools) 
     """
     answer = np.empty((len(kinds), len(held)))
     wants, n = len(here.targets), len(here.containers)
+    most = 1 + len(held) * (n + wants)  # a rollout looks into a container and meets a want at most once
     room = Scratch(
         searched=np.zeros(n, np.bool_),
         subset=np.zeros(wants, np.int64),
@@ -170,58 +186,78 @@ def rollout_costs(kinds: Ints, targets: Ints, here: DeliveryState, held: Bools) 
         legs=np.empty((wants + 1, wants)),
         rest=np.zeros((1 << wants, wants + 1)),
         finds=np.empty((n + wants, wants, here.missing.shape[1])),
-        is_known=np.zeros((n + wants, wants, here.missing.shape[1]), np.bool_),
+        first=np.full((n + wants, wants, here.missing.shape[1]), UNKNOWN, np.int8),
+        moves=np.empty(most, np.int64),
+        after=np.empty((most, 1 << wants), np.int64),
     )
-    for w in range(len(held)):
-        for step in range(len(kinds)):
-            answer[step, w] = _rollout(kinds[step], targets[step], here, held[w], room)
+    for step in range(len(kinds)):
+        room.moves[0] = targets[step] if kinds[step] == LOOK else n + targets[step]
+        _fill_costs(answer[step], here, held, room)
     return answer
 
 
-@kernel(inline="always")
-def _rollout(kind: int, target: int, here: DeliveryState, held: Bools, room: Scratch) -> float:
-    searched, subset, known, places, legs, rest, finds, is_known = room
-    wants, n = len(here.targets), len(here.containers)
-    for a in range(n):
-        searched[a] = False
-    for k in range(wants):
-        subset[k], known[k] = 0, here.known[k]
-    at, begin, hand, done = here.robot, -1, here.hand, here.done
-    cost = 0.0
-    for step in range(MAX_STEPS):
-        for alternative in here.alternatives:
-            if alternative & ~done == 0:
-                return cost
-        if step > 0:
-            kind, target = FETCH, hand
-            if hand < 0:
-                _fill_legs(legs, here, at, begin, done, known, places, subset, finds, is_known)
-                target = _first_want_of_best_order(legs, rest, here.alternatives, done)
-                if target < 0:
-                    return cost + FAILURE_COST
-                if known[target] == 0:
-                    kind, target = LOOK, _next_look(here, target, at, subset[target], searched)
-                    if target < 0:
-                        return cost + FAILURE_COST
-        if kind == FETCH:
-            goal = here.targets[target]
-            if hand == target:
-                cost += here.metres[at, goal] + here.handle
-            else:
-                cost += _known_instance_cost(here, target, at, known, places) + 2.0 * here.handle
-            at, begin, hand, done = goal, n + target, -1, done | 1 << target
-            continue
-        place = here.containers[target]
-        cost += here.metres[at, place] + here.look
-        at, begin = place, target
-        searched[target] = True
+@kernel()
+def _fill_costs(answer: Floats, here: DeliveryState, held: Bools, room: Scratch) -> None:
+    """Fill `answer`: the cost of the first step at the root of the tree in each world."""
+    searched, subset, known = room.searched, room.subset, room.known
+    places, moves, after = room.places, room.moves, room.after
+    metres, containers, targets, number = here.metres, here.containers, here.targets, here.number
+    wants, n = len(targets), len(containers)
+    after[0] = NONE
+    nodes = 1
+    for w in range(len(held)):
+        for a in range(n):
+            searched[a] = False
         for k in range(wants):
-            if here.number[k, target] >= 0:
-                subset[k] |= 1 << here.number[k, target]
-            if held[k, target]:
-                places[k, known[k]] = place
-                known[k] += 1
-    return cost + FAILURE_COST
+            subset[k], known[k] = 0, here.known[k]
+        at, hand, done, cost = here.robot, here.hand, here.done, 0.0
+        node, move = 0, int(moves[0])
+        while move >= 0:
+            shown = 0
+            if move < n:
+                cost += metres[at, containers[move]] + here.look
+                at = int(containers[move])
+                searched[move] = True
+                for k in range(wants):
+                    if number[k, move] >= 0:
+                        subset[k] |= 1 << number[k, move]
+                    if held[w, k, move]:
+                        places[k, known[k]] = at
+                        known[k] += 1
+                        shown |= 1 << k
+            else:
+                want = move - n
+                if hand == want:
+                    cost += metres[at, targets[want]] + here.handle
+                else:
+                    cost += _known_instance_cost(here, want, at, known, places) + 2.0 * here.handle
+                at, hand, done = int(targets[want]), -1, done | 1 << want
+            if after[node, shown] == NONE:
+                after[node, shown] = nodes
+                moves[nodes], after[nodes] = _next_move(here, room, at, move, hand, done), NONE
+                nodes += 1
+            node = after[node, shown]
+            move = int(moves[node])
+        answer[w] = cost + FAILURE_COST if move == STUCK else cost
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _next_move(here: DeliveryState, room: Scratch, at: int, last_move: int, hand: int, done: int) -> int:
+    """The policy's move from a location, where its last move has led; MET or STUCK."""
+    n = len(here.containers)
+    for alternative in here.alternatives:
+        if alternative & ~done == 0:
+            return MET
+    if hand >= 0:
+        return n + hand
+    subset, known, legs, first = room.subset, room.known, room.legs, room.first
+    _fill_legs(legs, here, at, last_move, done, known, room.places, subset, room.finds, first)
+    want = _first_want_of_best_order(legs, room.rest, here.alternatives, done)
+    if want < 0:
+        return STUCK
+    if known[want] > 0:
+        return n + want
+    return _next_look(here, want, at, first[last_move, want, subset[want]], room.searched)
 
 
 @kernel(inline="always")
@@ -239,20 +275,16 @@ def _fill_legs(
     legs: Floats,
     here: DeliveryState,
     at: int,
-    begin: int,
+    last_move: int,
     done: int,
     known: Ints,
     places: Ints,
     subset: Ints,
     finds: Floats,
-    is_known: Bools,
+    first: Ints8,
 ) -> None:
     """Fill `legs`: the cost of delivering each want from the robot's location (row 0) and from each remaining
-    target.
-
-    Args:
-        begin: index of the robot's location in `finds`.
-    """
+    target."""
     wants, n = len(here.targets), len(here.containers)
     for row in range(wants + 1):
         if row > 0 and done >> (row - 1) & 1:
@@ -264,30 +296,31 @@ def _fill_legs(
             if known[k] > 0:
                 legs[row, k] = _known_instance_cost(here, k, start, known, places) + 2.0 * here.handle
             elif here.sought[k]:
-                place = begin if row == 0 else n + row - 1
-                if not is_known[place, k, subset[k]]:
-                    is_known[place, k, subset[k]] = True
-                    finds[place, k, subset[k]] = _find_cost(here, k, start, subset[k])[0]
-                legs[row, k] = finds[place, k, subset[k]] + here.handle
+                origin = last_move if row == 0 else n + row - 1
+                if first[origin, k, subset[k]] == UNKNOWN:
+                    cost, candidate = _find_cost(here, k, start, subset[k])
+                    finds[origin, k, subset[k]], first[origin, k, subset[k]] = cost, candidate
+                legs[row, k] = finds[origin, k, subset[k]] + here.handle
             else:
                 legs[row, k] = np.inf
 
 
-@kernel()
+@kernel(inline="always")
 def _find_cost(here: DeliveryState, want: int, start: int, subset: int) -> tuple[float, int]:
-    """The cost by Eq. 1 of finding a want after a subset of its candidates has been searched, and the first look."""
+    """The cost by Eq. 1 of finding a want after a subset of its candidates has been searched, and the candidate that
+    is looked into first."""
     r, c = here.missing[want, subset], here.candidates.shape[1]
-    best, look = np.inf, -1
+    best, first = np.inf, NONE
     for j in range(c):
         if not subset >> j & 1:
             best = min(best, _beginning_with(here, want, start, subset, j))
     for j in range(c):
         if not subset >> j & 1 and _beginning_with(here, want, start, subset, j) <= best + _slack(best):
-            look = here.candidates[want, j]
+            first = j
             break
-    if look < 0 or r < MIN_REMAINING_PROBABILITY:
-        return here.beyond[want], look
-    return best / r, look
+    if first == NONE or r < MIN_REMAINING_PROBABILITY:
+        return here.beyond[want], first
+    return best / r, first
 
 
 @kernel(inline="always")
@@ -338,12 +371,11 @@ def _first_want_of_best_order(legs: Floats, rest: Floats, alternatives: Ints, do
 
 
 @kernel(inline="always")
-def _next_look(here: DeliveryState, want: int, at: int, subset: int, searched: Bools) -> int:
-    """The next candidate by Eq. 1; after the candidates, the container with the largest ratio of probability to
-    distance; -1 for none."""
-    look = _find_cost(here, want, at, subset)[1]
-    if look >= 0:
-        return look
+def _next_look(here: DeliveryState, want: int, at: int, first: int, searched: Bools) -> int:
+    """The first candidate by Eq. 1; after the candidates, the container with the largest ratio of probability to
+    distance; STUCK for none."""
+    if first != NONE:
+        return here.candidates[want, first]
     best = -1.0
     for a in range(len(searched)):
         if not searched[a]:
@@ -351,7 +383,7 @@ def _next_look(here: DeliveryState, want: int, at: int, subset: int, searched: B
     for a in range(len(searched)):
         if not searched[a] and _worth(here, want, at, a) >= best * (1.0 - RELATIVE):
             return a
-    return -1
+    return STUCK
 
 
 @kernel(inline="always")
