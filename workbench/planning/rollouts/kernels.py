@@ -241,7 +241,7 @@ def _fill_costs(answer: Floats, here: DeliveryState, held: Bools, room: Scratch)
         answer[w] = cost + FAILURE_COST if move == STUCK else cost
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@kernel(forceinline=True)
 def _next_move(here: DeliveryState, room: Scratch, at: int, last_move: int, hand: int, done: int) -> int:
     """The policy's move from a location, where its last move has led; MET or STUCK."""
     n = len(here.containers)
