@@ -11,6 +11,10 @@ beginning.
 
 Moves: a segment is reversed, or a run of one to three stops is moved elsewhere (2-opt and or-opt, as for the
 travelling repairman problem, of which this is the probabilistic form).
+
+An order takes thousands of moves, each a short sum. Numba counts the references to every array that a loop takes out
+of a named tuple and to all that a call is given, which took longer than the sums: so `_move_improves` takes them out
+before its loop, and is inlined.
 """
 
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false, reportArgumentType=false
@@ -127,7 +131,7 @@ def _fill_prefix_sums(order: Ints, query: TourQuery, now: _PrefixSums) -> None:
         now.upto[j + 1] = now.upto[j] + now.left[j] * (leg + query.look) + end * query.found[a]
 
 
-@kernel()
+@kernel(inline="always")
 def _stop_after_move(order: Ints, place: int, first: int, length: int, to: int) -> int:
     """The container at a position of the segment that a move touches.
 
@@ -140,28 +144,29 @@ def _stop_after_move(order: Ints, place: int, first: int, length: int, to: int) 
     return order[place - length] if to < first else order[place + length]
 
 
-@kernel()
+@kernel(forceinline=True)
 def _move_improves(
     order: Ints, first: int, length: int, to: int, low: int, high: int, query: TourQuery, now: _PrefixSums
 ) -> bool:
     """Whether the stops low..high, including the leg that follows, cost less after the move."""
     n = len(order)
+    p, between_m, found, look, model = query.p, query.between_m, query.found, query.look, query.model
     after = now.left[high + 1]
     most = now.upto[high + 1] - now.upto[low] - MIN_GAIN * now.upto[n]
     if high + 1 < n:
         last = _stop_after_move(order, high, first, length, to)
-        most += after * (query.between_m[order[high], order[high + 1]] - query.between_m[last, order[high + 1]])
+        most += after * (between_m[order[high], order[high + 1]] - between_m[last, order[high + 1]])
     cost, miss, left = 0.0, now.miss[low], now.left[low]
     at = order[low - 1] if low else 0
     for j in range(low, high + 1):
         a = _stop_after_move(order, j, first, length, to)
-        leg = query.from_m[a] if j == 0 else query.between_m[at, a]
-        end = miss * query.p[a]
-        cost += left * (leg + query.look) + end * query.found[a]
+        leg = query.from_m[a] if j == 0 else between_m[at, a]
+        end = miss * p[a]
+        cost += left * (leg + look) + end * found[a]
         if cost >= most:
             return False
         left -= end
-        if query.model != EXCLUSIVE:
-            miss *= 1.0 - query.p[a]
+        if model != EXCLUSIVE:
+            miss *= 1.0 - p[a]
         at = a
     return True
