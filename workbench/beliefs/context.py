@@ -11,7 +11,9 @@ has no influence.
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -65,43 +67,64 @@ def seen_types(scene: ObservedScene) -> tuple[str, ...]:
 
 def features(scene: ObservedScene, items: tuple[str, ...], opinions: NameOpinions) -> Floats:
     """Features of every item in every open container, shape (features, items, open containers)."""
-    per_pair = [*_competition(scene, opinions), *_support(scene, opinions), *_evidence(scene, items, opinions)]
-    shape = per_pair[0].shape
-    per_item = [np.broadcast_to(column[:, None], shape) for column in _items(opinions)]
-    per_container = [np.broadcast_to(column[None, :], shape) for column in _containers(scene, opinions)]
-    return np.stack([*per_pair, *per_item, *per_container])
+    same = _Same(room=_is_same(scene.room.tolist()), type=_is_same(scene.types))
+    columns: list[Floats | float] = [
+        *_competition(scene, same, opinions),
+        *_support(scene, opinions),
+        *_evidence(scene, same, items, opinions),
+        *(column[:, None] for column in _items(opinions)),
+        *_containers(scene, same, opinions),
+    ]
+    table = np.empty((len(columns), len(items), int(scene.open.sum())))
+    for row, column in zip(table, columns, strict=True):
+        row[:] = column
+    return table
 
 
-def _competition(scene: ObservedScene, opinions: NameOpinions) -> list[Floats]:
+class _Same(NamedTuple):
+    """Which containers are in one room, and of one type: 1 or 0, shape (containers, containers)."""
+
+    room: Floats
+    type: Floats
+
+
+def _is_same(values: Sequence[Hashable]) -> Floats:
+    """Where two of several values are equal: 1 or 0, shape (values, values)."""
+    number = {value: k for k, value in enumerate(dict.fromkeys(values))}
+    numbers = np.array([number[value] for value in values], dtype=np.int64)
+    return (numbers[:, None] == numbers[None, :]).astype(np.float64)
+
+
+def _competition(scene: ObservedScene, same: _Same, opinions: NameOpinions) -> list[Floats]:
     """Features of competition with the other unsearched containers, in the room and in the house."""
     is_open, several = scene.open, opinions.several
     rates, room = opinions.rates[:, is_open], scene.room[is_open]
     p = _clip(condition_on_existence(rates, several, room))
     breadth = np.sqrt(_top_m2(scene))[is_open]
-    same = _same_room(scene)[np.ix_(is_open, is_open)]
+    in_one_room = same.room[np.ix_(is_open, is_open)]
     large, wide, rate_large = p * breadth, p * np.sqrt(breadth), rates * breadth
     as_rates = rate_large * (rates.sum(axis=1, keepdims=True) / rate_large.sum(axis=1, keepdims=True))
     by_area = condition_on_existence(np.clip(as_rates, MIN_RATE, MAX_RATE), several, room)
-    in_room, in_house = p @ same, p.sum(axis=1, keepdims=True)
+    in_room, in_house = p @ in_one_room, p.sum(axis=1, keepdims=True)
     share = p / in_house
     return [
         _logit(p),
         np.log(rates),
         np.log(rates / rates.sum(axis=1, keepdims=True)),
-        np.log(rates / (rates @ same)),
+        np.log(rates / (rates @ in_one_room)),
         np.log(rate_large / rate_large.sum(axis=1, keepdims=True)),
         _logit(_clip(by_area)),
         np.log(wide / wide.sum(axis=1, keepdims=True)),
         np.log(p / in_room),
         np.log(share),
         np.log(in_room),
-        np.log(in_house) + 0 * p,
+        np.log(in_house),
         np.log(in_room / in_house),
         np.log(p / p.max(axis=1, keepdims=True)),
-        np.log(large / (large @ same)),
+        np.log(large / (large @ in_one_room)),
         np.log(large / large.sum(axis=1, keepdims=True)),
         np.log1p((p[:, None, :] > p[:, :, None] * 1.0000001).sum(axis=2)),
-        -(share * np.log(share)).sum(axis=1, keepdims=True) + 0 * p,
+        -(share * np.log(share)).sum(axis=1, keepdims=True),
     ]
 
 
@@ -116,39 +139,40 @@ def _support(scene: ObservedScene, opinions: NameOpinions) -> list[Floats]:
     ]
 
 
-def _evidence(scene: ObservedScene, items: tuple[str, ...], opinions: NameOpinions) -> list[Floats]:
+def _evidence(
+    scene: ObservedScene, same: _Same, items: tuple[str, ...], opinions: NameOpinions
+) -> list[Floats | float]:
     """Features of observed items and unsuccessful searches."""
     is_open = scene.open
     searched = np.array([held is not None for held in scene.seen], dtype=np.float64)
-    same = _same_room(scene)[is_open]
+    in_room, of_type = same.room[is_open], same.type[is_open]
     p = _clip(opinions.closed)
     types = seen_types(scene)
-    here = np.array([[t in (held or ()) for held in scene.seen] for t in types], dtype=np.float64)
-    here = here.reshape(len(types), len(scene.seen))
-    is_it = np.array([[i == t for t in types] for i in items], dtype=np.float64).reshape(len(items), len(types))
+    number = {t: k for k, t in enumerate(types)}
+    here = np.zeros((len(types), len(scene.seen)))
+    for container, held in enumerate(scene.seen):
+        for t in held or ():
+            here[number[t], container] = 1.0
+    is_it = np.zeros((len(items), len(types)))
+    for k, item in enumerate(items):
+        if item in number:
+            is_it[k, number[item]] = 1.0
     found = is_it @ here
-    in_room = (same @ here.T) > 0
-    alike = np.where(in_room[None], opinions.likeness[:, None, :], 0.0)
+    alike = np.where(((in_room @ here.T) > 0)[None], opinions.likeness[:, None, :], 0.0)
     alike = np.where(is_it[:, None, :] > 0, 0.0, alike)
     full = np.array([len(set(held)) if held is not None else 0 for held in scene.seen], dtype=np.float64)
     usual = opinions.usual * searched
-    shape = (len(items), int(is_open.sum()))
-
-    def per_container(column: Floats) -> Floats:
-        return np.broadcast_to(column[None, :], shape)
-
-    same_type = _same_type(scene)[is_open]
     return [
-        np.log1p((p * searched) @ same.T),
-        np.log1p((p * searched).sum(axis=1, keepdims=True)) + np.zeros(shape),
-        np.log1p(found @ same.T),
-        np.log1p(found.sum(axis=1, keepdims=True)) + np.zeros(shape),
+        np.log1p((p * searched) @ in_room.T),
+        np.log1p((p * searched).sum(axis=1, keepdims=True)),
+        np.log1p(found @ in_room.T),
+        np.log1p(found.sum(axis=1, keepdims=True)),
         alike.max(axis=2, initial=0.0),
-        per_container(np.log((same @ full + 2) / (same @ usual + 2))),
-        per_container(np.log((same_type @ full + 2) / (same_type @ usual + 2))),
-        np.full(shape, np.log((full.sum() + 4) / (usual.sum() + 4))),
-        per_container((same @ searched) / same.sum(axis=1)),
-        np.full(shape, searched.mean()),
+        np.log((in_room @ full + 2) / (in_room @ usual + 2)),
+        np.log((of_type @ full + 2) / (of_type @ usual + 2)),
+        float(np.log((full.sum() + 4) / (usual.sum() + 4))),
+        (in_room @ searched) / in_room.sum(axis=1),
+        float(searched.mean()),
     ]
 
 
@@ -156,40 +180,30 @@ def _items(opinions: NameOpinions) -> list[Floats]:
     return [np.log1p(opinions.often), opinions.several, opinions.size_m[:, 2]]
 
 
-def _containers(scene: ObservedScene, opinions: NameOpinions) -> list[Floats]:
+def _containers(scene: ObservedScene, same: _Same, opinions: NameOpinions) -> list[Floats | float]:
     """Features of the unsearched containers: size, room, house."""
     is_open = scene.open
     kinds = np.array(scene.kinds, dtype=object)[is_open]
-    same, same_type = _same_room(scene)[is_open], _same_type(scene)[is_open]
+    in_room, of_type = same.room[is_open], same.type[is_open]
     area = _top_m2(scene)
     of_kind = [float(sum(kind == k for kind in scene.rooms)) for k in ROOM_KINDS]
-    ones = np.ones(int(is_open.sum()))
     return [
         *scene.size_m[is_open].T,
         np.log(area[is_open]),
-        np.log(area[is_open] / (same @ area)),
+        np.log(area[is_open] / (in_room @ area)),
         np.log(scene.room_m2[scene.room[is_open]] + 0.1),
-        np.log(same.sum(axis=1)),
-        np.log((same * same_type).sum(axis=1)),
-        np.log(same_type.sum(axis=1)),
-        np.log(ones * len(scene.types)),
-        np.log(ones * len(scene.rooms)),
-        *(ones * np.log1p(n) for n in of_kind),
+        np.log(in_room.sum(axis=1)),
+        np.log((in_room * of_type).sum(axis=1)),
+        np.log(of_type.sum(axis=1)),
+        float(np.log(len(scene.types))),
+        float(np.log(len(scene.rooms))),
+        *(float(np.log1p(n)) for n in of_kind),
         *((kinds == k).astype(np.float64) for k in ROOM_KINDS),
         np.log(opinions.usual[is_open] + 0.05),
-        np.log(same @ opinions.usual + 0.05),
-        np.log(ones * opinions.usual.sum() + 0.05),
+        np.log(in_room @ opinions.usual + 0.05),
+        float(np.log(opinions.usual.sum() + 0.05)),
         np.log1p(opinions.stood[is_open]),
     ]
-
-
-def _same_room(scene: ObservedScene) -> Floats:
-    return (scene.room[:, None] == scene.room[None, :]).astype(np.float64)
-
-
-def _same_type(scene: ObservedScene) -> Floats:
-    types = np.array(scene.types, dtype=object)
-    return (types[:, None] == types[None, :]).astype(np.float64)
 
 
 def _top_m2(scene: ObservedScene) -> Floats:
