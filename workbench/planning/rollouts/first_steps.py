@@ -8,6 +8,7 @@ each of them.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -76,8 +77,8 @@ def alternative_first_steps(own: FirstStep, delivery: Delivery, *, looks: int) -
         everything / (1.0 + from_m),
         everything / (NEGLIGIBLE_DETOUR_M + detour),
     ]
-    mixed = dict.fromkeys(int(a) for best in ranked(np.stack(worths), min_scale=0.0).T for a in best)
-    promising = [FirstStep(LOOK, a) for a in mixed if everything[a] > 0][:looks]
+    mixed = dict.fromkeys(ranked(np.stack(worths), min_scale=0.0).T.ravel().tolist())
+    promising = [FirstStep(LOOK, a) for a in islice((a for a in mixed if everything[a] > 0), looks)]
     return tuple(step for step in (*errands, *promising) if step != own)
 
 
