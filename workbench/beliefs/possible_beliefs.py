@@ -176,7 +176,8 @@ def _together(fullness: Sequence[_Fullness], in_rooms: Sequence[Bools]) -> list[
     least = np.stack([each.least[n] for each, n in zip(passed, numbers.T, strict=True)], axis=1)
     most = np.stack([each.most[n] for each, n in zip(passed, numbers.T, strict=True)], axis=1)
     for low, high in zip(least.tolist(), most.tolist(), strict=True):
-        found.update(dict.fromkeys(product(*(range(a, b + 1) for a, b in zip(low, high, strict=True)))))
+        which = [low] if low == high else product(*map(range, low, [k + 1 for k in high]))
+        found.update(dict.fromkeys(map(tuple, which)))
     return list(found)
 
 
@@ -210,39 +211,37 @@ def _passed(takes: Sequence[float]) -> _Passed:
 
 def _with_alike(
     together: Sequence[tuple[int, ...]], alike: Sequence[Sequence[_Rise]], at_most: int
-) -> list[Ints] | None:
+) -> list[list[tuple[int, ...]]] | None:
     """To each combination of _together, all that may be most alike in the rooms with other items.
 
     Args:
         alike: the rises of each room.
 
     Returns:
-        For each combination, which rise of each fullness and room, shape (any, fullness and rooms); None where one
-        has more than at_most.
+        For each combination, which rise of each fullness and of each room; None where one has more than at_most.
     """
-    made: list[Ints] = []
+    made: list[list[tuple[int, ...]]] = []
     for chosen in together:
         fullness = chosen[: len(chosen) - len(alike)]
         others = chosen[len(fullness) :]
         choices = [range(len(rises) if other else 1) for rises, other in zip(alike, others, strict=True)]
         if prod(map(len, choices)) > at_most:
             return None
-        made.append(np.array([(*fullness, *most_alike) for most_alike in product(*choices)], dtype=np.int64))
+        made.append([fullness + most_alike for most_alike in product(*choices)])
     return made
 
 
 def _distinct_rows(
-    trees: Trees, known: Floats, groups: Sequence[Sequence[_Rise]], levels: Sequence[Ints]
+    trees: Trees, known: Floats, groups: Sequence[Sequence[_Rise]], levels: Sequence[Sequence[tuple[int, ...]]]
 ) -> list[list[Floats]]:
     """The distinct probabilities of one item in the open containers, for each of several sets of rises.
 
     Args:
         groups: the values that features can take in some open containers.
-        levels: of each set, which value of each group, shape (any, groups).
+        levels: of each set, which values of the groups occur together.
     """
-    rows = np.split(
-        _rows(trees, known, groups, np.concatenate(levels)), np.cumsum([len(each) for each in levels])[:-1]
-    )
+    together = np.array([each for of in levels for each in of], dtype=np.int64)
+    rows = np.split(_rows(trees, known, groups, together), np.cumsum([len(of) for of in levels])[:-1])
     return [list({row.tobytes(): row for row in of}.values()) for of in rows]
 
 
