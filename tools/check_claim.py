@@ -77,7 +77,7 @@ def stamp(event):
 
 
 def contents_at_start(looks, actions, containers):
-    """Per opened container, what stood there before the robot moved anything: id to type. The first look counts."""
+    """Per opened container, what stood there before the robot moved anything: id to type. Any look may show it."""
     home, contents, moved = {}, {}, [a for a in actions if a["action"] in ("pick", "place")]
     handled = {item: stamp(a) for a in sorted(moved, key=stamp, reverse=True) for item in a["items"]}
     for look in looks:
@@ -88,7 +88,7 @@ def contents_at_start(looks, actions, containers):
             carried = handled.get(item["id"], inf) <= stamp(look)
             if home.setdefault(item["id"], "" if carried else container) == container:
                 found[item["id"]] = item["type"]
-        contents.setdefault(container, found)
+        contents.setdefault(container, {}).update(found)  # what a later look shows, an earlier one missed
     return contents
 
 

@@ -93,7 +93,8 @@ def draft_from_graph_nav(folder: Path) -> GraphNavDraft:
         start_waypoint=start.id,
         stops=stops,
         metres=_lengths(graph, [start.id, *(stop.waypoint for stop in stops)]),
-        tags=tags | (_anchored_tags(graph) if anchored else {}),
+        tags={},  # a robot finds itself by the map's tags, so none of them is an item's
+        other_tags=tags | (_anchored_tags(graph) if anchored else {}),
         corners=((float(low[0]), float(low[1])), (float(high[0]), float(high[1]))),
         grid=_grid(graph, poses, clouds) if clouds else None,
         lengths_from="GraphNav's edges",

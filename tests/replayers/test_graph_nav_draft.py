@@ -84,7 +84,8 @@ def test_poses_are_chained_along_edges_and_lengths_are_theirs(tmp_path: Path) ->
 def test_tags_and_points_are_placed_by_the_odometry_of_their_moment(tmp_path: Path) -> None:
     """The tag is 1 m before the last waypoint, which looks along y."""
     draft = draft_from_graph_nav(write_map(tmp_path)).draft
-    assert draft.tags[7] == pytest.approx((2.0, 4.0, 0.0), abs=1e-5)
+    assert draft.tags == {}, "the map's own: no item's"
+    assert draft.other_tags[7] == pytest.approx((2.0, 4.0, 0.0), abs=1e-5)
     assert draft.grid is not None
 
     def free(x: float, y: float) -> bool:
@@ -106,11 +107,16 @@ def test_waypoints_with_a_name_of_their_own_become_containers_alone(tmp_path: Pa
 def test_the_draft_is_a_site_that_loads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = write_map(tmp_path / "graph")
     assert lios(["site", "from-graph-nav", str(folder), "-o", str(tmp_path / "home")]) == 0
-    assert "1 waypoint left out" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "1 waypoint left out" in told
+    assert "Items need other tags than 7" in told
     site = load_site(tmp_path / "home")
     assert site.travel.between(START, LocationId("waypoint_2")) == pytest.approx(5.0)
     assert dict(site.waypoints) == {"start": "id0", "waypoint_1": "id1", "waypoint_2": "id2"}
-    assert list(site.tags) == [7]
+    assert list(site.tags) == []
+    assert "7 at (2.0, 4.0)" in (tmp_path / "home" / "site.yaml").read_text(), "in a comment"
+    capsys.readouterr()
+    assert lios(["spot", "check", "--site", str(tmp_path / "home"), "--map", str(folder), "--json"]) == 0
     assert lios(["site", "from-graph-nav", str(folder), "-o", str(tmp_path / "home")]) == 2
 
 
@@ -128,5 +134,5 @@ def test_what_is_no_map_is_refused(tmp_path: Path) -> None:
 def test_a_recorded_map_with_an_anchoring(tmp_path: Path) -> None:
     made = draft_from_graph_nav(REAL)
     assert (made.waypoints, made.edges, made.disconnected, made.unread_clouds) == (52, 51, (), 0)
-    assert made.draft.tags[202] == pytest.approx((0, 0, 0), abs=1e-3), "the anchoring's own origin"
+    assert made.draft.other_tags[202] == pytest.approx((0, 0, 0), abs=1e-3), "the anchoring's own origin"
     load_site(write_draft(made.draft, tmp_path, name="real"))

@@ -20,7 +20,7 @@ def from_graph_nav(
     force: Annotated[bool, Option("--force", help="Replace a site in the folder.")] = False,
     json: Json = False,
 ) -> None:
-    """Draft the survey of a place from a GraphNav map: waypoints, edges, tags, and a map of its point clouds.
+    """Draft the survey of a place from a GraphNav map: waypoints, edges, and a map of its point clouds.
 
     Named waypoints become containers; if none is named, all do.
 
@@ -48,7 +48,7 @@ def from_graph_nav(
                 "edges": made.edges,
                 "disconnected": list(made.disconnected),
                 "containers": {stop.name: stop.waypoint for stop in draft.stops},
-                "tags": {number: list(place) for number, place in draft.tags.items()},
+                "other_tags": {number: list(place) for number, place in draft.other_tags.items()},
                 "map": draft.grid is not None,
                 "unread_clouds": made.unread_clouds,
             }
@@ -71,6 +71,9 @@ def from_graph_nav(
     if made.unread_clouds:
         say(f"{counted(made.unread_clouds, 'snapshot')} left out of the map: missing, or its points are packed.")
     whose = "the named ones" if made.named_only else "all but the start, because none has a name"
-    found = f"{counted(len(draft.tags), 'tag')}{', a map' if draft.grid is not None else ''}"
+    tags = draft.other_tags
+    found = f"{counted(len(tags), 'tag')} of the map" + (", a map" if draft.grid is not None else "")
     say(f"{counted(len(draft.stops), 'container')} ({whose}), {found}: {file}")
+    if tags:
+        say(f"Items need other tags than {', '.join(map(str, tags))}, by which the robot finds itself on this map.")
     say(f"Name the containers, delete the other waypoints. Next: lios site check {file}")

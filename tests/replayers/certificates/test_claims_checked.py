@@ -180,6 +180,17 @@ def test_from_log_to_verdict_on_the_command_line(tmp_path: Path, capsys: pytest.
         assert packed.namelist() == ["claim.json"]
 
 
+def test_what_only_a_later_look_shows_was_there_for_the_checker_too(tmp_path: Path) -> None:
+    """The first look into the couch misses the phone; the third shows it."""
+    log, out = str(tmp_path / "run.mcap"), str(tmp_path / "claim.lios.zip")
+    run = ["record", "--house", "paper_home:B", "--find", "CellPhone", "-s", "pes-greedy", "--estimator", "counts"]
+    assert lios([*run, "--miss-rate", "0.8", "--seed", "725", "-o", log]) == 0
+    shown = [seen.items for seen in read(log).observations if seen.container == "couch"]
+    assert (shown[0], bool(shown[-1])) == ((), True)
+    assert lios(["certify", log, "-s", "opt-greedy", "-o", out]) == 0
+    assert checker().main([out, log]) == 0
+
+
 def test_claims_whose_bounds_overlap_beat_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     paths = [str(LOGS / "spot-home-A.mcap")]
     for name in ("opt-lios", "pes-greedy"):
