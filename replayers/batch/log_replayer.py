@@ -17,6 +17,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
+import msgspec
+
 from replayers.batch.store import SUFFIX, StoredReplay, read_replay, replay_key, replay_path, to_stored, write_replay
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import WORLDS, Replay, over_log_alone, replay_on
@@ -96,7 +98,9 @@ class LogReplayer:
         path = self._path(name)
         if path is None or self._may_have_changed(name):
             return None
-        return _stored_replay(path, self._key(name), self._request)
+        stored = _stored_replay(path, self._key(name), self._request)
+        # It may be kept from a copy, or from before the log was moved.
+        return None if stored is None else msgspec.structs.replace(stored, log=self._log)
 
     def made(self, name: str) -> Outcome:
         """A strategy replayed over this log, and stored where that is wanted."""

@@ -7,11 +7,15 @@ others.
 
 from __future__ import annotations
 
+import filecmp
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from itertools import chain
+from itertools import chain, groupby
 from pathlib import Path
+
+import msgspec
 
 from replayers.batch.log_replayer import (
     LogFailed,
@@ -30,6 +34,7 @@ from workbench.errors import BadValue, FileMissing, MalformedFile
 from workbench.evaluation.cluster import in_order_on_cluster
 from workbench.planning.strategies import resolved_name, strategy_names
 from workbench.process_pool import can_inherit, process_pool
+from workbench.remote.path import RemotePath
 
 __all__ = [
     "LogFailed",
@@ -98,6 +103,8 @@ def replay_all(
 ) -> Iterator[Outcome]:
     """Replays every strategy over every log, in the order of the logs and then the strategies.
 
+    Of logs that are copies of one another the first is replayed where replays are kept, since they are kept together.
+
     Args:
         workers: processes; None for one for each core.
         scheduler: a Dask scheduler's address, whose workers see the same folders under the same names, or "local"
@@ -106,6 +113,54 @@ def replay_all(
     Processes start at once, before the first outcome is asked for: they can be copies of this one only while no other
     thread runs here, such as a progress bar's.
     """
+    first_of = _copies(logs) if request.output is not None else {}
+    if not first_of:
+        return _replay_each(logs, request, workers=workers, scheduler=scheduler)
+    once = [log for log in logs if log not in first_of]
+    return _with_copies(logs, first_of, _replay_each(once, request, workers=workers, scheduler=scheduler))
+
+
+def _copies(logs: Sequence[Path]) -> dict[Path, Path]:
+    """Logs with the same bytes as an earlier one, and that one. Logs at addresses are not compared."""
+    of_size: dict[int, list[Path]] = {}
+    for log in logs:
+        if not isinstance(log, RemotePath) and log.is_file():
+            of_size.setdefault(log.stat().st_size, []).append(log)
+    found: dict[Path, Path] = {}
+    for alike in of_size.values():
+        firsts: list[Path] = []
+        for log in alike:
+            first = next((other for other in firsts if filecmp.cmp(other, log, shallow=False)), None)
+            if first is None:
+                firsts.append(log)
+            else:
+                found[log] = first
+    return found
+
+
+def _with_copies(logs: Sequence[Path], first_of: Mapping[Path, Path], made: Iterator[Outcome]) -> Iterator[Outcome]:
+    """The outcomes of all logs in their order, those of a copy under its own name."""
+    of_log, copied = groupby(made, key=lambda outcome: outcome.log), set(first_of.values())
+    kept: dict[Path, list[Outcome]] = {}
+    for log in logs:
+        if log in first_of:
+            yield from (_renamed(outcome, str(log)) for outcome in kept[first_of[log]])
+            continue
+        _, outcomes = next(of_log)
+        if log in copied:
+            outcomes = kept[log] = list(outcomes)
+        yield from outcomes
+
+
+def _renamed(outcome: Outcome, log: str) -> Outcome:
+    if isinstance(outcome, LogFailed):
+        return replace(outcome, log=log, reason=outcome.reason.replace(outcome.log, log))
+    return msgspec.structs.replace(outcome, log=log)
+
+
+def _replay_each(
+    logs: Sequence[Path], request: ReplayRequest, *, workers: int | None, scheduler: str
+) -> Iterator[Outcome]:
     count = workers or os.cpu_count() or 1
     if scheduler:
         work = partial(_all_of, request=request)

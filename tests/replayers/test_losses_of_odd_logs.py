@@ -117,6 +117,27 @@ def test_a_memory_leaves_out_what_is_no_run(folder: Path) -> None:
         read_history([folder / "m.mcap", folder / "a-empty.mcap"])
 
 
+@pytest.mark.parametrize("workers", ["1", "2", "4"])
+def test_copies_of_a_log_are_replayed_under_their_own_names(
+    workers: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Their replays are kept in one place, where two processes would write at once."""
+    for name in ("1.mcap", "2.mcap"):
+        shutil.copy(LOGS / "find-lios.mcap", tmp_path / name)
+    shutil.copy(LOGS / "find-greedy.mcap", tmp_path / "0.mcap")
+    for name in ("3.mcap", "4.mcap"):
+        (tmp_path / name).touch()
+    of = ["replay", str(tmp_path), "-s", "opt-greedy,pes-lios", "--worlds", "0", "-j", workers]
+    rows = _json([*of, "-o", str(tmp_path / "out")], capsys, code=0)["rows"]
+    names = [Path(row["log"]).name for row in rows]
+    assert names == ["0.mcap", "0.mcap", "1.mcap", "1.mcap", "2.mcap", "2.mcap", "3.mcap", "4.mcap"]
+    assert [row["lower"] for row in rows[2:4]] == [row["lower"] for row in rows[4:6]]
+    assert "4.mcap: it is empty" in rows[-1]["reason"]
+    (tmp_path / "1.mcap").rename(tmp_path / "5.mcap")
+    again = _json([*of, "-o", str(tmp_path / "out")], capsys, code=0)["rows"]
+    assert {Path(row["log"]).name for row in again} == {"0.mcap", "2.mcap", "3.mcap", "4.mcap", "5.mcap"}
+
+
 def test_compare_says_why_there_is_nothing_to_compare(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = str(tmp_path / "out")
     of = ["replay", str(LOGS / "find-lios.mcap"), "--worlds", "0", "-o", out, "-s"]
