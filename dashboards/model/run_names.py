@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from dashboards.palette import RUNS
+from replayers.log_tools.log_paths import shown
 
 if TYPE_CHECKING:
     from replayers.runs.run import Run
@@ -50,4 +51,4 @@ def _replay(run: Run) -> str:
 
 
 def _file(run: Run) -> str:
-    return f", {run.path.name}"
+    return f", {shown(run.path.name)}"

@@ -29,6 +29,7 @@ from replayers.counterfactual.prepared_log import PreparedLog
 from replayers.counterfactual.relevance import Assumptions, imputed_items
 from replayers.counterfactual.replay import run_tree_of
 from replayers.counterfactual.run_tree import Node, RunTree
+from replayers.log_tools.log_paths import shown
 from workbench import __version__
 from workbench.errors import Unsupported
 from workbench.execution.events import ActionEnded, RunStatus
@@ -62,7 +63,7 @@ def certificate(prepared: PreparedLog, planner: Strategy, *, max_branches: int =
         writer = _TreeWriter(tree=tree.with_all_items(), left=max_branches, failure=failure)
         root = writer.node(writer.tree.root, 0.0, {})
     return CostClaim(
-        log=evidence.path.rpartition("/")[2],
+        log=shown(evidence.path.rpartition("/")[2]),
         log_sha256=evidence.sha256,
         strategy=planner.name,
         strategy_version=f"{__version__} {revision().commit}".strip(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,3 +43,8 @@ def test_more_runs_than_colours_have_numbers_and_no_fewer() -> None:
     runs = [_run(f"{i}.mcap", seed=i) for i in range(len(RUNS) + 1)]
     assert run_names(runs[:-1])[0] == "lios, seed 0"
     assert run_names(runs) == [f"{i + 1}: lios, seed {i}" for i in range(len(RUNS) + 1)]
+
+
+def test_a_file_name_that_is_no_text_is_shown() -> None:
+    """Two runs that only their files tell apart, one of them with a name in another encoding."""
+    assert run_names([_run("a.mcap"), _run(os.fsdecode(b"\xff.mcap"))]) == ["lios, a.mcap", "lios, \ufffd.mcap"]
