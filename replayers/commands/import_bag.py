@@ -53,9 +53,8 @@ def import_bag(
     from recorders.spot.run.site_tasks import site_task
     from replayers.importers.bags import open_bag
     from replayers.importers.clocks import CLOCKS
-    from replayers.importers.import_bag import ImportPlan
-    from replayers.importers.import_bag import import_bag as read_into_log
-    from replayers.importers.mapping import load_mapping
+    from replayers.importers.import_bag import ImportPlan, import_by_any
+    from replayers.importers.mapping import mappings_for
     from workbench.errors import OutputExists, UnknownName
     from workbench.worlds.sites.site import load_site, unsurveyed_site
 
@@ -65,16 +64,17 @@ def import_bag(
         raise OutputExists(output)
     place = load_site(site) if site else unsurveyed_site()
     with open_bag(bag) as opened:
+        mappings = mappings_for(mapping, opened.topics)
         plan = ImportPlan(
             site=place,
-            mapping=load_mapping(mapping, opened.topics),
+            mapping=mappings[0],
             task=None if task is None else site_task(task, place),
             strategy="" if strategy == "none" or not site else strategy,
             estimator=estimator,
             clock=None if clock == "auto" else clock,
             furniture_open=furniture_open,
         )
-        report = read_into_log(opened, plan, output, force=force)
+        report, plan = import_by_any(opened, plan, mappings, output, force=force)
     if json:
         _emit(report, plan, output)
     else:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
@@ -11,7 +12,7 @@ from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
 from recorders.spot.run.site_tasks import session_task
 from recorders.spot.session.look_findings import InconclusiveLook
-from replayers.importers.bag_survey import survey_bag
+from replayers.importers.bag_survey import RobotNotLocated, survey_bag
 from replayers.importers.bags import Bag
 from replayers.importers.clocks import BagClock, ClockName
 from replayers.importers.mapping import Mapping
@@ -86,6 +87,27 @@ class ImportReport:
     static_transforms: int
     poses_not_placed: dict[str, int]
     clock: BagClock
+
+
+def import_by_any(
+    bag: Bag, plan: ImportPlan, mappings: Sequence[Mapping], output: Path, *, force: bool = False
+) -> tuple[ImportReport, ImportPlan]:
+    """Imports by the first of several mappings that locates the robot; the plan that is returned has that one.
+
+    Topics alone do not always tell presets apart: a bag of tf fits each of them, and only the frames of one.
+
+    Raises:
+        RobotNotLocated: none does; what is missing for the first. And what import_bag raises.
+    """
+    refused: RobotNotLocated | None = None
+    for mapping in mappings:
+        try:
+            tried = replace(plan, mapping=mapping)
+            return import_bag(bag, tried, output, force=force), tried
+        except RobotNotLocated as error:
+            refused = refused or error
+    assert refused is not None, "there is a mapping"
+    raise refused
 
 
 def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False) -> ImportReport:

@@ -81,14 +81,23 @@ def load_mapping(name: str, topics: tuple[str, ...]) -> Mapping:
     Raises:
         UnknownName, FileMissing, MalformedFile.
     """
+    return mappings_for(name, topics)[0]
+
+
+def mappings_for(name: str, topics: tuple[str, ...]) -> tuple[Mapping, ...]:
+    """The mappings that a name may mean for a bag: of "auto" every preset, that which matches most topics first.
+
+    Raises:
+        UnknownName, FileMissing, MalformedFile.
+    """
     known = presets()
     if name == AUTO:
-        return max((_read(path) for path in known.values()), key=lambda m: _fit(m, topics))
+        return tuple(sorted((_read(path) for path in known.values()), key=lambda m: -_fit(m, topics)))
     if name in known:
-        return _read(known[name])
+        return (_read(known[name]),)
     if not Path(name).suffix:
         raise UnknownName("mapping", name, (*known, AUTO))
-    return _read(Path(name))
+    return (_read(Path(name)),)
 
 
 def _fit(mapping: Mapping, topics: tuple[str, ...]) -> int:

@@ -265,6 +265,14 @@ def test_the_command_run_twice_writes_the_same_bytes(name: str, tmp_path: Path) 
     assert read_weights(made[0]).header.seed == 7
 
 
+def test_weights_have_the_name_by_which_estimators_are_known(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["train", "--houses", str(shipped_houses()), "-e", "counts", "-o", str(tmp_path / "w.txt")]) == 2
+    assert "a name that ends in .safetensors" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_too_few_houses_are_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with gzip.open(shipped_houses()) as houses:
         (tmp_path / "two.jsonl").write_bytes(next(houses) + next(houses))

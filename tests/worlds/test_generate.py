@@ -105,7 +105,7 @@ def test_numbers_out_of_range() -> None:
     for rooms in ((0, 3), (5, 2), (2, 99)):
         with pytest.raises(BadValue, match="rooms"):
             list(generate_houses(1, seed=0, rooms=rooms))
-    with pytest.raises(BadValue, match="number of houses"):
+    with pytest.raises(BadValue, match="number of houses is 0; it must be at least 1"):
         list(generate_houses(0, seed=0))
 
 

@@ -104,6 +104,8 @@ def train(
         raise BadValue("--hold-out", hold_out, "between 0 and 1")
     if seed is not None and seed >= 2**63:
         raise BadValue("--seed", seed, "below 2^63")
+    if target.suffix != ".safetensors":  # by which --estimator knows a weights file
+        raise BadValue("-o/--output", str(target), "a name that ends in .safetensors")
     if target.exists() and not force:
         raise OutputExists(target)
     if not target.absolute().parent.is_dir():

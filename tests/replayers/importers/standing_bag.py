@@ -38,6 +38,7 @@ class Standing:
         map_yaw: turn of the map's rows in radians; None for no map.
         pose_frame: frame of a topic of poses; "" for no such topic.
         tf_until_s: transforms end then.
+        body: the frame of the robot's body.
     """
 
     ros2: bool
@@ -50,6 +51,7 @@ class Standing:
     map_yaw: float | None = None
     pose_frame: str = ""
     tf_until_s: float = SECONDS
+    body: str = "base_link"
 
 
 class StandingBag:
@@ -95,9 +97,9 @@ class StandingBag:
             )
             messages, posed = [static], fixed
             for at in moments:
-                body = [("odom", "base_link", x, y, yaw)]
+                body = [("odom", self.odd.body, x, y, yaw)]
                 if self.odd.linked:
-                    body.append(("base_link", "camera", 0.0, 0.0, 0.0))
+                    body.append((self.odd.body, "camera", 0.0, 0.0, 0.0))
                 messages.append((at, tags, self._markers(at, seen)))
                 if at < self.odd.tf_until_s:
                     messages.insert(len(messages) - 1, (at, links, self._links(at, *body)))

@@ -179,3 +179,18 @@ def test_a_log_without_a_planner_names_the_way_to_plan(
     assert "-s model-lios" in capsys.readouterr().err
     assert lios(["doctor", str(log)]) == 0
     assert "simulated" not in capsys.readouterr().out
+
+
+def test_the_preset_whose_frames_locate_the_robot_is_taken(
+    site: Site, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By its topics the bag would be the paper's; its body is Spot's."""
+    for body, code in (("body", 0), ("chassis", 2)):
+        bag = StandingBag(tmp_path / f"{body}.bag", Standing(ros2=False, body=body)).write(site)
+        command = ["import", str(bag), "--site", "paper_home", "-s", "none", "-o", str(tmp_path / "log.mcap")]
+        assert lios([*command, "--force", "--json"]) == code
+        told = capsys.readouterr()
+        if code == 0:
+            assert json.loads(told.out)["mapping"] == "spot_ros2"
+        else:
+            assert "no tf from map to base_link, no mapped pose topic in that frame (mapping paper)" in told.err

@@ -60,7 +60,7 @@ def generate_houses(
     if not 1 <= min_rooms <= max_rooms <= MAX_ROOMS:
         raise BadValue("rooms", f"{min_rooms}-{max_rooms}", f"a range within 1-{MAX_ROOMS}")
     if count < 1:
-        raise BadValue("number of houses", count, "at min_rooms 1")
+        raise BadValue("number of houses", count, "at least 1")
     figures = statistics or shipped_statistics()
     for index in range(count):
         rng = np.random.default_rng([seed, index])
