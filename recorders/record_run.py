@@ -19,6 +19,7 @@ from workbench.evaluation.simulated_site import simulated_site, site_address
 from workbench.execution.events import RunEnded
 from workbench.planning.strategy import Strategy
 from workbench.worlds.house import House
+from workbench.worlds.house_yaml import is_house_yaml
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.procthor.assets import assets_for
 from workbench.worlds.procthor.load import load_house
@@ -94,6 +95,9 @@ def record(
 def _place(house: House | str, assets: Path | None, moved: float, seed: int) -> tuple[House, NavigationPaths | None]:
     """The house, after a share of its items has moved; and, of a site, its navigation."""
     navigation: NavigationPaths | None = None
+    measured = isinstance(house, House) or is_house_yaml(house) or site_address(house) is not None
+    if measured and assets is not None:
+        raise BadValue("--assets", str(assets), "left out: the sizes are ProcTHOR's, and this place has its own")
     if isinstance(house, House):
         place = house
     elif (site := site_address(house)) is not None:

@@ -34,18 +34,23 @@ def render(
 
         lios render run.mcap greedy.mcap --video --speed 8 -o both.mp4
     """
+    given = dict(locals())
     from dashboards.library.same_place import read_together, same_house
     from dashboards.rendering.picture import Framing, draw_picture
     from dashboards.rendering.video import draw_video
     from replayers.commands.losses import end_with_losses
     from replayers.runs.gaps import losses
     from workbench.errors import BadValue
+    from workbench.parameters import require_left_out
     from workbench.terminal import emit_json, say
 
     film = video or output.suffix.lower() == ".mp4"
     ending = ".mp4" if film else ".png"
     if output.suffix.lower() != ending:
         raise BadValue("-o/--output", str(output), f"a name that ends in {ending}")
+    if not film:
+        of_films = ("until", "speed", "fps")
+        require_left_out(render, given, but=[name for name in given if name not in of_films], where="without --video")
     framing = Framing(
         width=width, height=height, from_above=from_above, follow=follow_robot, walls=walls, caption=caption
     )

@@ -10,6 +10,7 @@ from toy_run import toy_run
 from dashboards.model.timeline import timeline_of
 from dashboards.rendering.picture import Framing, draw_picture
 from dashboards.rendering.video import draw_video
+from workbench import cli
 from workbench.errors import BadValue
 
 
@@ -24,3 +25,11 @@ def test_a_moment_after_the_end_is_refused_before_anything_is_drawn(tmp_path: Pa
     with pytest.raises(BadValue, match="--until is "):
         draw_video(runs, tmp_path / "a.mp4", framing=Framing(), until_s=1e6)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("option", ["--until=5", "--speed=9", "--fps=3"])
+def test_what_is_of_videos_alone_is_refused_for_a_picture(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.run(["render", "nowhere.mcap", "-o", str(tmp_path / "a.png"), option]) == 2
+    assert f"{option.partition('=')[0]} is" in capsys.readouterr().err

@@ -256,3 +256,14 @@ def test_a_planner_that_breaks_is_a_status_a_whole_log_and_exit_code_1(
     assert (answer["status"], answer["reason"]) == ("planner-failed", "it raised ValueError: out of ideas")
     assert err == "lios: planner_that_raises:Mine broke: it raised ValueError: out of ideas\n"
     assert read(log).complete
+
+
+@pytest.mark.parametrize("place", ["paper_home:A", "flat.yaml"])
+def test_sizes_of_assets_are_refused_for_a_place_with_its_own(
+    place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert cli.run(["new", "house", "flat"]) == 0
+    words = ["record", "--house", place, "--find", "Mug", "--assets", "nowhere.csv", "-o", "run.mcap"]
+    assert cli.run(words) == 2
+    assert "--assets is 'nowhere.csv'; it must be left out" in capsys.readouterr().err
