@@ -75,6 +75,8 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
         contradicting: types that the inventory lists and no look found, though nothing was left to open.
         corrections: what people say was there although no look showed it, taken as certain; one line each.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
+        prior_drawn: costs in worlds drawn from what was known and believed at the start (selection/prior_costs.py);
+            empty where nobody asked for them.
     """
 
     version: int = RECORD_VERSION
@@ -120,6 +122,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     may_have_missed: tuple[str, ...] = ()
     contradicting: tuple[str, ...] = ()
     corrections: tuple[str, ...] = ()
+    prior_drawn: tuple[float, ...] = ()
 
     def _repr_html_(self) -> str:
         """A table of one row, as a notebook shows it."""

@@ -220,6 +220,7 @@ def _standing(s: StrategyStanding, last: SelectionVerdict) -> dict[str, Any]:
         "exact": s.exact,
         "mean cost": mean_cost(s),
         "expected": s.expected,
+        "to come": s.to_come,
         "chance best": s.chance_best,
         "standing": standing_words(s.strategy, last),
     }

@@ -11,6 +11,7 @@ import numpy as np
 from replayers.evaluation.selection_pool import PoolTrial
 from replayers.selection.elimination import NEAR, eliminated_by_proof, eliminated_by_sequence
 from replayers.selection.selectors import SELECTORS
+from replayers.selection.trial_costs import TrialCosts
 from workbench.arrays import Floats
 from workbench.errors import BadValue
 from workbench.evaluation.statistics import IntervalEstimate, mean_with_interval, ratio_with_interval
@@ -18,6 +19,10 @@ from workbench.evaluation.statistics import IntervalEstimate, mean_with_interval
 OURS = "intervals"
 RANDOM = "random"
 """A selector that draws: what choosing without looking costs."""
+FULL_INFORMATION = "full-information"
+"""No competitor: after each trial it is told what every strategy truly cost there, which no robot and no replay
+knows, and it follows the leader, the strategy of least mean cost so far. By that mean alone none can know more."""
+REFERENCES = (FULL_INFORMATION,)
 ALPHA = 0.05
 """Probability of any wrong elimination by sequence."""
 
@@ -91,7 +96,7 @@ def campaigns(pool: Sequence[PoolTrial], *, trials: int, seeds: Sequence[int], n
     for seed in seeds:
         order = np.random.default_rng((seed, 0)).permutation(len(pool))[:trials]
         chosen = [pool[i] for i in order]
-        for k, name in enumerate((*SELECTORS, RANDOM)):
+        for k, name in enumerate((*SELECTORS, RANDOM, FULL_INFORMATION)):
             made = campaign(chosen, name, seed=seed, rng=np.random.default_rng((seed, 1 + k)))
             yield replace(made, pool=number)
 
@@ -99,15 +104,29 @@ def campaigns(pool: Sequence[PoolTrial], *, trials: int, seeds: Sequence[int], n
 def campaign(chosen: Sequence[PoolTrial], selector: str, *, seed: int, rng: np.random.Generator) -> Campaign:
     """Drives the trials in their order as a selector says."""
     names = chosen[0].seen[0].strategies
-    select = SELECTORS.get(selector, lambda _, strategies, rng: int(rng.integers(len(strategies))))
+    select = SELECTORS[OURS] if selector == FULL_INFORMATION else SELECTORS.get(selector, _draw)
     driven: list[int] = []
-    for t in range(len(chosen)):
-        driven.append(select([chosen[s].seen[driven[s]] for s in range(t)], names, rng))
+    seen: list[TrialCosts] = []
+    for trial in chosen:
+        driven.append(select(seen, names, rng))
+        seen.append(_fully_known(trial) if selector == FULL_INFORMATION else trial.seen[driven[-1]])
     true = np.array([trial.true for trial in chosen])
     best = int(np.argmin(true.sum(axis=0)))
     paid = true[np.arange(len(chosen)), driven]
     regret = np.cumsum(paid - true[:, best])
     return Campaign(selector=selector, seed=seed, driven=tuple(driven), best=best, regret=regret)
+
+
+def _draw(_: Sequence[TrialCosts], strategies: Sequence[str], rng: np.random.Generator) -> int:
+    return int(rng.integers(len(strategies)))
+
+
+def _fully_known(trial: PoolTrial) -> TrialCosts:
+    """A trial whose every cost is known, and nothing but that."""
+    true = np.array(trial.true)
+    apart = true[:, None] - true[None, :]
+    known = replace(trial.seen[0], lower=true, upper=true, estimate=true, max_difference=apart)
+    return replace(known, driven=None, drawn=None, prior=None)
 
 
 def selector_rows(made: Sequence[Campaign], *, seed: int) -> tuple[SelectorRow, ...]:

@@ -17,11 +17,12 @@ import numpy as np
 
 from recorders.simulated_run import record_trial, trial_events
 from replayers.batch.store import to_stored
-from replayers.counterfactual.prepared_log import prepare_log
+from replayers.counterfactual.prepared_log import PreparedLog, prepare_log
 from replayers.counterfactual.replay import replay_on
 from replayers.evaluation.trials import MeasurementSettings, ReplayTask, SkippedTask, trial_of
 from replayers.runs.run import read
-from replayers.selection.trial_costs import TrialCosts, trial_costs
+from replayers.selection.prior_costs import prior_drawn
+from replayers.selection.trial_costs import PriorCosts, TrialCosts, trial_costs
 from workbench.errors import LiosError, MalformedFile
 from workbench.evaluation.cluster import run_in_order
 from workbench.execution.loop import outcome_of
@@ -65,23 +66,36 @@ def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skipp
         truth = [outcome_of(list(trial_events(trial))).cost for trial in trials]
         with TemporaryDirectory(prefix="lios-select-") as folder:
             seen: list[TrialCosts] = []
+            prior: PriorCosts | None = None
             for trial in trials:
                 log = Path(folder) / f"{trial.strategy}.mcap"
                 record_trial(trial, log)
                 run = read(log)
                 prepared = prepare_log(run, plan.settings, with_ways=False)
+                if not seen:  # all begin alike
+                    prior = _prior(prepared, plan.strategies)
                 replays = [
                     to_stored(prepared, replay_on(prepared, name, origin=NameOrigin.USER), key="")
                     for name in plan.strategies
                 ]
-                seen.append(trial_costs(replays, plan.strategies, limit=run.task.failure_cost))
+                costs = trial_costs(replays, plan.strategies, limit=run.task.failure_cost)
+                seen.append(replace(costs, prior=prior))
     except LiosError as error:
         return SkippedTask(task=task, reason=str(error))
     return PoolTrial(house=task.house, scenario=task.scenario, seed=task.seed, true=tuple(truth), seen=tuple(seen))
 
 
+def _prior(prepared: PreparedLog, strategies: Sequence[str]) -> PriorCosts | None:
+    drawn = prior_drawn(prepared, strategies)
+    if not drawn or set(drawn) != set(strategies):
+        return None
+    common = min(len(costs) for costs in drawn.values())
+    return PriorCosts.of(np.array([drawn[name][:common] for name in strategies]))
+
+
 class _StoredTrial(msgspec.Struct, frozen=True, kw_only=True):
-    """A trial of a pool as one line of JSON; None stands for what is infinite or not known."""
+    """A trial of a pool as one line of JSON; None stands for what is infinite or not known. The prior is empty where
+    there is none."""
 
     house: str
     scenario: str
@@ -93,6 +107,8 @@ class _StoredTrial(msgspec.Struct, frozen=True, kw_only=True):
     upper: tuple[tuple[float | None, ...], ...]
     estimate: tuple[tuple[float | None, ...], ...]
     max_difference: tuple[tuple[tuple[float | None, ...], ...], ...] = msgspec.field(name="most_apart")
+    prior: tuple[float, ...]
+    prior_variance: float
 
 
 def write_pool(path: Path, trials: Sequence[PoolTrial]) -> None:
@@ -112,7 +128,7 @@ def read_pool(path: Path) -> tuple[PoolTrial, ...]:
         trials = tuple(_trial(line) for line in stored)
     except (msgspec.MsgspecError, ValueError) as error:
         raise MalformedFile(
-            path, f"this is not a pool of trials ({error})", "Make it: lios evaluate select"
+            path, f"this is not a pool of trials ({error})", "Make it again: lios evaluate select --force"
         ) from None
     if not trials:
         raise MalformedFile(path, "a pool without trials", "Make it again: lios evaluate select --force")
@@ -131,11 +147,14 @@ def _stored(trial: PoolTrial) -> _StoredTrial:
         upper=tuple(_finite(s.upper) for s in trial.seen),
         estimate=tuple(_finite(s.estimate) for s in trial.seen),
         max_difference=tuple(tuple(_finite(row) for row in s.max_difference) for s in trial.seen),
+        prior=tuple(trial.seen[0].prior.mean.tolist()) if trial.seen[0].prior else (),
+        prior_variance=trial.seen[0].prior.variance if trial.seen[0].prior else 0.0,
     )
 
 
 def _trial(line: _StoredTrial) -> PoolTrial:
     names = line.strategies
+    prior = PriorCosts(mean=np.array(line.prior), variance=line.prior_variance) if line.prior else None
     seen = [
         TrialCosts(
             log=f"{line.house} seed {line.seed}",
@@ -146,6 +165,7 @@ def _trial(line: _StoredTrial) -> PoolTrial:
             estimate=_array(line.estimate[i], np.nan),
             max_difference=np.array([_array(row, inf) for row in line.max_difference[i]]),
             limit=line.limit,
+            prior=prior,
         )
         for i, name in enumerate(names)
     ]

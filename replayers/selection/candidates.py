@@ -15,6 +15,7 @@ from replayers.batch.replays import replay as replay_logs
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.runs.run import read
+from replayers.selection.prior_costs import with_priors
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue
 from workbench.files import file_name_of
@@ -51,7 +52,8 @@ def replay_candidates(
     workers: int | None = 1,
     progress: Progress | None = None,
 ) -> Replays:
-    """Replays every strategy with every estimator; with several, each is called STRATEGY by ESTIMATOR.
+    """Replays every strategy with every estimator, with prior costs; with several, each is called STRATEGY by
+    ESTIMATOR.
 
     Args:
         output: the folder that keeps the replays, in one of its own for each of several estimators.
@@ -61,13 +63,15 @@ def replay_candidates(
     """
     if len(estimators) == 1:
         by = replace(settings, estimator=estimators[0])
-        return replay_logs(logs, strategies, settings=by, output=output, workers=workers, progress=progress)
+        replays = replay_logs(logs, strategies, settings=by, output=output, workers=workers, progress=progress)
+        return with_priors(replays, strategies, output=output, workers=workers or 1)
     named = named_estimators(estimators)
     made: list[Replays] = []
     for one in named:
         by = replace(settings, estimator=one.given, drawn_by=DRAWN_BY)
         folder = None if output is None else output / file_name_of(one.label)
-        made.append(replay_logs(logs, strategies, settings=by, output=folder, workers=workers, progress=progress))
+        replays = replay_logs(logs, strategies, settings=by, output=folder, workers=workers, progress=progress)
+        made.append(with_priors(replays, strategies, output=folder, workers=workers or 1))
     return _together(made, named)
 
 

@@ -69,11 +69,12 @@ def _draw_possible_regret(ax: Axes, verdicts: Sequence[SelectionVerdict]) -> Non
     ax.legend(fontsize=7, frameon=False)
 
 
-def draw_regrets(path: Path, regrets: Mapping[str, Floats]) -> Path:
+def draw_regrets(path: Path, regrets: Mapping[str, Floats], *, references: Sequence[str] = ()) -> Path:
     """Mean cumulative regret over trials, one line a selector, with the middle 80 % of the seeds of the first.
 
     Args:
         regrets: per selector, shape (seeds, trials).
+        references: selectors that are no competitors; dashed, with their names in brackets.
     """
     figure, axes = new_figure(6.0, 4.0)
     ax = axes[0]
@@ -83,7 +84,15 @@ def draw_regrets(path: Path, regrets: Mapping[str, Floats]) -> Path:
         if k == 0:
             low, high = np.quantile(table, [0.1, 0.9], axis=0)
             ax.fill_between(trials, low, high, color=colour, alpha=0.15, linewidth=0)
-        ax.plot(trials, table.mean(axis=0), color=colour, linewidth=1.4, label=name)
+        told = name in references
+        ax.plot(
+            trials,
+            table.mean(axis=0),
+            color=colour,
+            linewidth=1.4,
+            linestyle="--" if told else "-",
+            label=f"({name})" if told else name,
+        )
     ax.axhline(0, color=GREY, linewidth=0.6)
     ax.set(xlabel="trials", ylabel="cumulative regret, mean over seeds")
     ax.legend(fontsize=7, frameon=False)

@@ -1,7 +1,8 @@
 """Selectors of the next strategy to drive: ours on intervals, and the baselines of the selection experiment.
 
 - intervals: the least mean of expected costs (driven: the true cost; replayed: the estimate within its bounds), less
-  an allowance for what the bounds leave open, which shrinks with the trials; strategies out by proof are last.
+  an allowance for what the bounds leave open, which shrinks with the trials; all shrunk towards what the starts of
+  the trials let expect (shrinkage.py); strategies out by proof are last.
 - lower-bounds: replay with lower bounds only, as offline alt-policy replay does it: the greater of the mean lower
   bound over all trials and the UCB index of the driven ones (Paudel and Stein, arXiv:2304.01094, Sec. IV).
 - ucb1: a bandit without replay (Auer, Cesa-Bianchi and Fischer, Machine Learning 47, 2002).
@@ -17,6 +18,7 @@ from types import MappingProxyType
 import numpy as np
 
 from replayers.selection.elimination import eliminated_by_proof
+from replayers.selection.shrinkage import shrunk_means
 from replayers.selection.trial_costs import TrialCosts
 from workbench.arrays import Floats
 from workbench.tolerances import RELATIVE
@@ -42,10 +44,10 @@ def by_intervals(trials: Sequence[TrialCosts], strategies: Sequence[str], rng: n
 
 
 def interval_index(trials: Sequence[TrialCosts]) -> Floats:
-    """Mean expected cost less the allowance for what the bounds leave open, shape (K,)."""
+    """Mean expected cost less the allowance for what the bounds leave open, shrunk; shape (K,)."""
     expected = np.array([t.expected for t in trials])
     below = expected - np.array([t.lower for t in trials])
-    return expected.mean(axis=0) - ALLOWANCE / sqrt(len(trials)) * below.mean(axis=0)
+    return shrunk_means(expected.mean(axis=0) - ALLOWANCE / sqrt(len(trials)) * below.mean(axis=0), trials)
 
 
 def by_lower_bounds(trials: Sequence[TrialCosts], strategies: Sequence[str], rng: np.random.Generator) -> int:

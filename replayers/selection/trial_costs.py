@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf, nan
+from typing import Literal
 
 import numpy as np
 
@@ -12,6 +13,24 @@ from replayers.batch.compare import cost_difference
 from replayers.batch.store import StoredReplay
 from workbench.arrays import Bools, Floats
 from workbench.tolerances import NEAR_COST
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PriorCosts:
+    """What the strategies cost in worlds drawn at a trial's start, before any look.
+
+    Attributes:
+        mean: over the worlds, shape (K,).
+        variance: over the worlds, of a strategy's cost less the mean of all strategies there; mean over strategies.
+    """
+
+    mean: Floats
+    variance: float
+
+    @classmethod
+    def of(cls, costs: Floats) -> PriorCosts:
+        """From the costs in the same worlds, shape (K, worlds)."""
+        return cls(mean=costs.mean(axis=1), variance=float((costs - costs.mean(axis=0)).var(axis=1).mean()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +47,7 @@ class TrialCosts:
         max_difference: the greatest cost of a minus the cost of b in one world, shape (K, K); infinite where unknown.
         limit: what a failed run is charged.
         drawn: costs in drawn worlds, the same ones for all, shape (K, worlds); None where a strategy has none.
+        prior: costs in worlds drawn at the start of the trial; None where a strategy has none.
     """
 
     log: str
@@ -39,6 +59,7 @@ class TrialCosts:
     max_difference: Floats
     limit: float
     drawn: Floats | None = None
+    prior: PriorCosts | None = None
 
     def __post_init__(self) -> None:
         count = len(self.strategies)
@@ -85,6 +106,7 @@ def trial_costs(replays: Iterable[StoredReplay], strategies: Sequence[str], *, l
             if other is not None and other.bounds is not None:
                 difference = cost_difference(made, other)
                 apart[i, j], apart[j, i] = difference.most, -difference.least
+    before = _same_worlds([found.get(name) for name in strategies], "prior_drawn")
     driven = next((r.recorded_strategy for r in found.values() if r.recorded_strategy in strategies), None)
     return TrialCosts(
         log=first.log,
@@ -95,14 +117,16 @@ def trial_costs(replays: Iterable[StoredReplay], strategies: Sequence[str], *, l
         estimate=estimate,
         max_difference=apart,
         limit=limit,
-        drawn=_drawn([found.get(name) for name in strategies]),
+        drawn=_same_worlds([found.get(name) for name in strategies], "drawn"),
+        prior=None if before is None else PriorCosts.of(before),
     )
 
 
-def _drawn(replays: Sequence[StoredReplay | None]) -> Floats | None:
-    """Costs in the worlds that all strategies were run in; None where there are none."""
+def _same_worlds(replays: Sequence[StoredReplay | None], which: Literal["drawn", "prior_drawn"]) -> Floats | None:
+    """Costs in the worlds that all strategies were run in, shape (K, worlds); None where there are none."""
     made = [r for r in replays if r is not None]
-    common = min((len(r.drawn) for r in made), default=0)
+    costs: list[tuple[float, ...]] = [getattr(r, which) for r in made]
+    common = min((len(c) for c in costs), default=0)
     if len(made) < len(replays) or not common or len({r.draws for r in made}) > 1:
         return None
-    return np.array([r.drawn[:common] for r in made])
+    return np.array([c[:common] for c in costs])

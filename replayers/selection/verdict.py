@@ -20,6 +20,7 @@ from replayers.selection.elimination import (
     min_mean_difference,
 )
 from replayers.selection.selectors import by_intervals
+from replayers.selection.shrinkage import shrunk_means
 from replayers.selection.trial_costs import TrialCosts
 
 RESAMPLES = 2000
@@ -47,6 +48,7 @@ class StrategyStanding:
     Attributes:
         lower, upper: bounds of its mean over the trials so far; upper is infinite where none is known.
         expected: its expected mean over the trials so far.
+        to_come: its expected mean over coming trials like these (shrinkage.py).
         exact: on how many trials its cost is certain.
         chance_best: share of resampled trials and worlds in which it is the cheapest; None without drawn worlds.
     """
@@ -57,6 +59,7 @@ class StrategyStanding:
     lower: float
     upper: float
     expected: float
+    to_come: float
     chance_best: float | None
 
 
@@ -165,6 +168,7 @@ def _standings(trials: Sequence[TrialCosts], seed: int) -> tuple[StrategyStandin
     names = trials[0].strategies
     lower, upper = (np.mean([getattr(t, end) for t in trials], axis=0) for end in ("lower", "upper"))
     expected = np.mean([t.expected for t in trials], axis=0)
+    to_come = shrunk_means(expected, trials)
     exact = np.sum([t.exact for t in trials], axis=0)
     chances = _chances(trials, np.random.default_rng(seed))
     driven = [sum(t.driven == name for t in trials) for name in names]
@@ -176,6 +180,7 @@ def _standings(trials: Sequence[TrialCosts], seed: int) -> tuple[StrategyStandin
             lower=float(lower[k]),
             upper=float(upper[k]),
             expected=float(expected[k]),
+            to_come=float(to_come[k]),
             chance_best=None if chances is None else float(chances[k]),
         )
         for k, name in enumerate(names)

@@ -9,9 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from replayers.evaluation.selection_experiment import all_checks, campaigns, check_eliminations, selector_rows
+from replayers.evaluation.selection_experiment import (
+    FULL_INFORMATION,
+    OURS,
+    all_checks,
+    campaigns,
+    check_eliminations,
+    selector_rows,
+)
 from replayers.evaluation.selection_pool import PoolTrial, read_pool, write_pool
-from replayers.selection.trial_costs import TrialCosts
+from replayers.selection.trial_costs import PriorCosts, TrialCosts
 from workbench.cli import run as lios
 from workbench.errors import BadValue, MalformedFile
 
@@ -55,6 +62,23 @@ def test_intervals_pay_less_than_bandits() -> None:
     assert [c.driven for c in again] == [c.driven for c in made]
 
 
+def test_full_information_follows_the_leader_and_is_no_competitor() -> None:
+    pool = drawn_pool(8)
+    made = next(c for c in campaigns(pool, trials=8, seeds=[0]) if c.selector == FULL_INFORMATION)
+    order = np.random.default_rng((0, 0)).permutation(8)
+    true = np.array([pool[i].true for i in order])
+    assert list(made.driven[1:]) == [int(np.argmin(true[:t].mean(axis=0))) for t in range(1, 8)]
+
+
+def test_full_information_knows_no_priors_and_ours_does() -> None:
+    prior = PriorCosts(mean=np.array([10.0, 90.0, 90.0]), variance=4000.0)
+    unproved = {"lower": np.zeros(3), "max_difference": np.full((3, 3), 99.0), "prior": prior}
+    pool = [replace(t, seen=tuple(replace(s, **unproved) for s in t.seen)) for t in drawn_pool(3)]
+    made = {c.selector: c for c in campaigns(pool, trials=3, seeds=[0])}
+    assert made[OURS].driven[1:] == (0, 0)
+    assert made[FULL_INFORMATION].driven[1:] == (1, 1)
+
+
 def test_eliminations_are_checked_against_the_truth() -> None:
     check = check_eliminations(drawn_pool(10), trials=10, count=40, seed=0, sequences=5)
     assert check.wrong_by_proof == 0
@@ -84,15 +108,21 @@ def test_a_campaign_needs_as_many_tasks_as_trials() -> None:
 
 def test_a_pool_is_kept_as_it_was(tmp_path: Path) -> None:
     pool = drawn_pool(3)
+    prior = PriorCosts(mean=np.array([1.0, 2.0, 3.0]), variance=4.0)
+    pool = (replace(pool[0], seen=tuple(replace(s, prior=prior) for s in pool[0].seen)), *pool[1:])
     write_pool(tmp_path / "pool.jsonl", pool)
     again = read_pool(tmp_path / "pool.jsonl")
+    kept = again[0].seen[2].prior
+    assert kept is not None
+    assert (kept.mean.tolist(), kept.variance) == ([1.0, 2.0, 3.0], 4.0)
+    assert again[1].seen[0].prior is None
     assert [t.true for t in again] == [t.true for t in pool]
     assert all(
         np.array_equal(x.max_difference, y.max_difference) and x.driven == y.driven
         for a, b in zip(again, pool, strict=True) for x, y in zip(a.seen, b.seen, strict=True)
     )  # fmt: skip
     (tmp_path / "pool.jsonl").write_text("{}")
-    with pytest.raises(MalformedFile):
+    with pytest.raises(MalformedFile, match="--force"):
         read_pool(tmp_path / "pool.jsonl")
 
 
@@ -103,13 +133,17 @@ def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp
     assert lios([*wish, "--json"]) == 0
     first = json.loads(capsys.readouterr().out)
     assert first["eliminations"]["wrong_by_proof"] == 0
-    assert {row["selector"] for row in first["rows"]} == {"intervals", "lower-bounds", "ucb1", "thompson", "random"}
+    names = ["intervals", "lower-bounds", "ucb1", "thompson", "random", "full-information"]
+    assert [row["selector"] for row in first["rows"]] == names
+    assert [row["selector"] for row in first["rows"] if row["reference"]] == ["full-information"]
     assert (tmp_path / "out" / "regret.png").exists()
     assert lios([*wish, "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == first  # from the pool that was kept
     assert [row["pool"] for row in first["pools"]] == [0]
     assert lios([*wish, "--pools", "2"]) == 0
-    assert "pool by pool" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "pool by pool" in shown
+    assert "(full-information)" in shown
     assert (tmp_path / "out" / "pool-1.jsonl").exists()
     assert lios([*wish[:-4], "-s", "greedy,model-lios", "-o", str(tmp_path / "out")]) == 2
 

@@ -55,7 +55,9 @@ def select(
     Every strategy drives a pool of tasks once, and each log is replayed by all. A campaign draws its trials from
     the pool; each selector drives one strategy per trial. Regret is what it paid above the best fixed strategy in
     hindsight. "intervals" is lios select; "lower-bounds" is replay with lower bounds only (arXiv:2304.01094); "ucb1"
-    and "thompson" are bandits without replay. The best strategy so far must never be ruled out by proof.
+    and "thompson" are bandits without replay. "full-information" is no competitor but a reference: told after each
+    trial what every strategy truly cost there, it drives the one of least mean cost so far. The best strategy so far
+    must never be ruled out by proof.
 
     Examples:
 
@@ -195,12 +197,14 @@ def _draw(path: Path, measured: Sequence[MeasuredPool]) -> None:
     """Per selector, its cumulative regrets over all campaigns."""
     import numpy as np
 
+    from replayers.evaluation.selection_experiment import REFERENCES
     from replayers.selection.figure import draw_regrets
     from workbench.terminal import say
 
     made = [c for pool in measured for c in pool.made]
     names = dict.fromkeys(c.selector for c in made)
-    say(f"Wrote {draw_regrets(path, {n: np.array([c.regret for c in made if c.selector == n]) for n in names})}")
+    regrets = {n: np.array([c.regret for c in made if c.selector == n]) for n in names}
+    say(f"Wrote {draw_regrets(path, regrets, references=REFERENCES)}")
 
 
 def _answer(measured: Sequence[MeasuredPool], facts: dict[str, Any], *, as_json: bool) -> EliminationCheck:
@@ -223,10 +227,11 @@ def _answer(measured: Sequence[MeasuredPool], facts: dict[str, Any], *, as_json:
         f"{facts['scenario']}: {facts['trials']} trials, {facts['seeds']} seeds{several}, {counted(tasks, 'task')}"
     )
     emit_table([_shown(row) for row in _rows(rows)], title=title)
+    emit_text("(full-information) is no competitor: after each trial it is told what every strategy truly cost.")
     if len(measured) > 1:
         emit_table(
             [{"pool": row["pool"], "tasks": row["tasks"], "best on average": row["best"],
-              **{f"over {r['selector']}": r["intervals_over_this"] for r in row["rows"][1:]}} for row in of_pools],
+              **{f"over {_name(r)}": r["intervals_over_this"] for r in row["rows"][1:]}} for row in of_pools],
             title="intervals' regret over each baseline's, pool by pool",
         )  # fmt: skip
     for row in of_pools:
@@ -260,7 +265,7 @@ def _pool_row(number: int, pool: MeasuredPool, seed: int) -> dict[str, Any]:
 
 
 def _rows(rows: Sequence[SelectorRow]) -> list[dict[str, Any]]:
-    from replayers.evaluation.selection_experiment import OURS
+    from replayers.evaluation.selection_experiment import OURS, REFERENCES
 
     shares = next(row.share_of for row in rows if row.selector == OURS)
     found: list[dict[str, Any]] = []
@@ -269,6 +274,7 @@ def _rows(rows: Sequence[SelectorRow]) -> list[dict[str, Any]]:
         found.append(
             {
                 "selector": row.selector,
+                "reference": row.selector in REFERENCES,
                 "regret": row.regret.value,
                 "ci95": row.regret.interval,
                 "best_share": row.best_share,
@@ -279,10 +285,15 @@ def _rows(rows: Sequence[SelectorRow]) -> list[dict[str, Any]]:
     return found
 
 
+def _name(row: dict[str, Any]) -> str:
+    """A selector's name; in brackets where it is no competitor."""
+    return f"({row['selector']})" if row["reference"] else row["selector"]
+
+
 def _shown(row: dict[str, Any]) -> dict[str, Any]:
     share, ends = row["intervals_over_this"], row["intervals_over_this_ci95"]
     return {
-        "selector": row["selector"],
+        "selector": _name(row),
         "cumulative regret": row["regret"],
         "95 % interval": f"{row['ci95'][0]:.1f} to {row['ci95'][1]:.1f}",
         "best driven": row["best_share"],

@@ -1,0 +1,154 @@
+"""Prior costs: what each strategy costs in worlds drawn from the beliefs at a trial's start, before any look.
+
+What a run found is one world of many that its place could have been. The start of its log (the place, the task, what
+was known) and the beliefs at that time give others, in which every strategy is run: all in the same ones, by the same
+closed loop. Nothing that the run found later counts, but for places that refused the robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+import msgspec
+import numpy as np
+
+from replayers.batch.replay_all import Outcome, strategies_named
+from replayers.batch.replays import Replays
+from replayers.batch.store import StoredReplay, replay_path, write_replay
+from replayers.counterfactual.bounds.search_cache import SearchCache
+from replayers.counterfactual.estimates.estimate import costs_in
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
+from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, drawer_of, prepare_log
+from replayers.counterfactual.relevance import relevance_of
+from replayers.counterfactual.replay import run_tree_of
+from replayers.counterfactual.sandbox import foreign_planner, is_foreign
+from replayers.counterfactual.world_failure import failure_in_worlds
+from replayers.runs.run import read
+from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
+from workbench.errors import LiosError
+from workbench.evaluation.cluster import run_in_order
+from workbench.planning.actions import relevant_types
+from workbench.planning.scenarios.added_items import believe_scenario_items
+from workbench.planning.strategies import needs_truth, strategy
+from workbench.planning.strategy import Strategy
+from workbench.plugins import NameOrigin
+from workbench.remote.path import path_of
+from workbench.worlds.knowledge import knowledge_at_start
+
+Costs = tuple[float, ...]
+
+
+def prior_drawn(prepared: PreparedLog, strategies: Iterable[str]) -> Mapping[str, Costs]:
+    """Each strategy's costs in the worlds drawn at the start, by its own name.
+
+    A strategy that breaks in one of them has none. None has any where beliefs are asked for at a cost: runs in other
+    worlds would ask for more of them than the log holds.
+    """
+    if isinstance(prepared.estimator, AnsweredEstimator) or prepared.settings.worlds <= 0 or not prepared.claims:
+        return {}
+    start = _at_start(prepared)
+    worlds = _worlds_at_start(start)
+    found: dict[str, Costs] = {}
+    for name in strategies:
+        if needs_truth(name):
+            continue
+        try:
+            if is_foreign(name, origin=NameOrigin.USER):
+                limit_s, here = prepared.settings.timeout_s, prepared.settings.in_process
+                with foreign_planner(name, origin=NameOrigin.USER, timeout_s=limit_s, in_process=here) as planner:
+                    costs = _costs(start, planner, worlds)
+            else:
+                planner = strategy(name, origin=NameOrigin.USER)
+                costs = _costs(start, planner, worlds)
+        except LiosError:
+            continue
+        if costs:
+            found[planner.name] = costs
+    return found
+
+
+def with_priors(made: Replays, strategies: str, *, output: Path | None, workers: int = 1) -> Replays:
+    """Replays with the prior costs of their strategies; those that are kept in a folder are kept there with them."""
+    names = strategies_named(strategies, with_truth=made.settings.with_truth)
+    by_log: dict[str, list[Outcome]] = {}
+    for outcome in made.outcomes:
+        by_log.setdefault(outcome.log, []).append(outcome)
+    lacking = [
+        log
+        for log, of_log in by_log.items()
+        if any(isinstance(o, StoredReplay) and o.bounds is not None and not o.prior_drawn for o in of_log)
+    ]
+    units = ((log, names, made.settings) for log in lacking)
+    at_once = 1 if made.settings.in_process else workers
+    found = dict(zip(lacking, run_in_order(_priors_of_log, units, workers=at_once), strict=True))
+    outcomes = tuple(_with_prior(o, found.get(o.log, {})) for o in made.outcomes)
+    if output is not None:
+        _keep(outcomes, made.outcomes, names, output, misses=made.settings.assumptions.misses)
+    return replace(made, outcomes=outcomes)
+
+
+def _priors_of_log(unit: tuple[str, tuple[str, ...], ReplaySettings]) -> Mapping[str, Costs]:
+    log, names, settings = unit
+    try:
+        return prior_drawn(prepare_log(read(path_of(log)), settings, with_ways=False), names)
+    except LiosError:  # already reported by its replays
+        return {}
+
+
+def _with_prior(outcome: Outcome, priors: Mapping[str, Costs]) -> Outcome:
+    if isinstance(outcome, StoredReplay) and outcome.strategy in priors:
+        return msgspec.structs.replace(outcome, prior_drawn=priors[outcome.strategy])
+    return outcome
+
+
+def _keep(
+    outcomes: Iterable[Outcome], before: Iterable[Outcome], names: Iterable[str], output: Path, *, misses: int | None
+) -> None:
+    """Writes those that now have prior costs where `replay` has kept them; planners from outside always run again."""
+    kept = {n for n in names if not is_foreign(n, origin=NameOrigin.USER)}
+    for now, old in zip(outcomes, before, strict=True):
+        if now is not old and isinstance(now, StoredReplay) and now.strategy in kept:
+            write_replay(replay_path(output, now.sha256, now.run_id, now.strategy, misses=misses), now)
+
+
+def _at_start(prepared: PreparedLog) -> PreparedLog:
+    """The log as if it ended at its start; tags are not seen, as in the estimate."""
+    evidence = replace(
+        prepared.evidence,
+        contents=prepared.evidence.known,
+        partly=MappingProxyType({}),
+        refused_picks=MappingProxyType({}),
+        left=frozenset(),
+        walked=frozenset(),
+        done=frozenset(),
+        looks=MappingProxyType({}),
+        corrections=(),
+        seen_on_moves=MappingProxyType({}),
+        tags=None,
+        misses=0,
+    )
+    return replace(prepared, evidence=evidence, worlds=None, search_cache=SearchCache())
+
+
+def _worlds_at_start(start: PreparedLog) -> SampledWorlds:
+    evidence, settings = start.evidence, start.settings
+    relevance = relevance_of(evidence, relevant_types(evidence.task.goal), settings.assumptions)
+    known = knowledge_at_start(evidence.place.plan, evidence.travel, evidence.known)
+    believed = drawer_of(start.estimator, settings).believe(known, relevance.types)
+    return sample_worlds(
+        evidence,
+        relevance,
+        believe_scenario_items(believed, evidence.task, evidence.place.plan),
+        count=settings.worlds,
+        rng=np.random.default_rng(settings.seed),
+        exists=relevance.must_exist,
+    )
+
+
+def _costs(start: PreparedLog, planner: Strategy, worlds: SampledWorlds) -> Costs:
+    tree = run_tree_of(start, planner)
+    costs, _ = costs_in(worlds, tree, max_segments=start.settings.budget.draws)
+    return () if failure_in_worlds(tree) is not None else tuple(float(c) for c in costs)
