@@ -89,6 +89,8 @@ def select(
     from workbench.terminal import emit_json, progress, say
 
     by = group_by(group)
+    if figure is not None:
+        _require_png(figure)
     settings = ReplaySettings(
         estimator_origin=NameOrigin.USER,
         ask=may_ask_estimator(estimator, ask=ask),
@@ -134,10 +136,20 @@ def select(
     if figure is not None:
         from replayers.selection.figure import draw_campaign
 
-        figure.parent.mkdir(parents=True, exist_ok=True)
         say(f"Wrote {draw_campaign(figure, histories[0], title=found.groups[0].name)}")
     if any(isinstance(o, LogFailed) for o in made.outcomes):
         raise click.exceptions.Exit(3)
+
+
+def _require_png(figure: Path) -> None:
+    """Refuses, before anything is replayed, a place where no PNG can be written; makes its folder."""
+    from workbench.errors import BadValue, WrongKind
+
+    if figure.is_dir():
+        raise WrongKind(figure, needed="file")
+    if figure.suffix.lower() != ".png":
+        raise BadValue("--figure", str(figure), "a file that ends in .png")
+    figure.parent.mkdir(parents=True, exist_ok=True)
 
 
 def _candidates(made: Replays, strategies: str) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ from workbench.errors import LiosError
 from workbench.evaluation.cluster import run_in_order
 from workbench.planning.actions import relevant_types
 from workbench.planning.scenarios.added_items import believe_scenario_items
-from workbench.planning.strategies import needs_truth, strategy
+from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.remote.path import path_of
@@ -42,7 +42,7 @@ Costs = tuple[float, ...]
 
 
 def prior_drawn(prepared: PreparedLog, strategies: Iterable[str]) -> Mapping[str, Costs]:
-    """Each strategy's costs in the worlds drawn at the start, by its own name.
+    """Each strategy's costs in the worlds drawn at the start, by the name that was given.
 
     A strategy that breaks in one of them has none. None has any where beliefs are asked for at a cost: runs in other
     worlds would ask for more of them than the log holds.
@@ -53,41 +53,45 @@ def prior_drawn(prepared: PreparedLog, strategies: Iterable[str]) -> Mapping[str
     worlds = _worlds_at_start(start)
     found: dict[str, Costs] = {}
     for name in strategies:
-        if needs_truth(name):
-            continue
         try:
-            if is_foreign(name, origin=NameOrigin.USER):
-                limit_s, here = prepared.settings.timeout_s, prepared.settings.in_process
-                with foreign_planner(name, origin=NameOrigin.USER, timeout_s=limit_s, in_process=here) as planner:
-                    costs = _costs(start, planner, worlds)
-            else:
-                planner = strategy(name, origin=NameOrigin.USER)
-                costs = _costs(start, planner, worlds)
+            costs = _costs_of(start, name, worlds)
         except LiosError:
             continue
         if costs:
-            found[planner.name] = costs
+            found[name] = costs
     return found
 
 
 def with_priors(made: Replays, strategies: str, *, output: Path | None, workers: int = 1) -> Replays:
     """Replays with the prior costs of their strategies; those that are kept in a folder are kept there with them."""
     names = strategies_named(strategies, with_truth=made.settings.with_truth)
+    names = tuple(name for name in names if name not in made.not_loaded)
+    lacking = _lacking(made, names)
+    units = ((log, tuple(of_log), made.settings) for log, of_log in lacking.items())
+    at_once = 1 if made.settings.in_process else workers
+    found = dict(zip(lacking, run_in_order(_priors_of_log, units, workers=at_once), strict=True))
+    now: dict[tuple[str, str], StoredReplay] = {}
+    for log, of_log in lacking.items():
+        for name, before in of_log.items():
+            if name in found[log]:
+                now[log, before.strategy] = made_now = msgspec.structs.replace(before, prior_drawn=found[log][name])
+                if output is not None and not is_foreign(name, origin=NameOrigin.USER):  # those always run again
+                    misses = made.settings.assumptions.misses
+                    write_replay(replay_path(output, made_now.sha256, made_now.run_id, name, misses=misses), made_now)
+    return replace(made, outcomes=tuple(now.get((o.log, o.strategy), o) for o in made.outcomes))
+
+
+def _lacking(made: Replays, names: tuple[str, ...]) -> Mapping[str, Mapping[str, StoredReplay]]:
+    """Per log the replays without prior costs, by the name given of their strategy; what broke is not run again."""
     by_log: dict[str, list[Outcome]] = {}
     for outcome in made.outcomes:
         by_log.setdefault(outcome.log, []).append(outcome)
-    lacking = [
-        log
-        for log, of_log in by_log.items()
-        if any(isinstance(o, StoredReplay) and o.bounds is not None and not o.prior_drawn for o in of_log)
-    ]
-    units = ((log, names, made.settings) for log in lacking)
-    at_once = 1 if made.settings.in_process else workers
-    found = dict(zip(lacking, run_in_order(_priors_of_log, units, workers=at_once), strict=True))
-    outcomes = tuple(_with_prior(o, found.get(o.log, {})) for o in made.outcomes)
-    if output is not None:
-        _keep(outcomes, made.outcomes, names, output, misses=made.settings.assumptions.misses)
-    return replace(made, outcomes=outcomes)
+    found: dict[str, dict[str, StoredReplay]] = {}
+    for log, outcomes in by_log.items():
+        for name, o in zip(names, outcomes, strict=False):  # one only where a log cannot be read
+            if isinstance(o, StoredReplay) and o.bounds is not None and not o.prior_drawn:
+                found.setdefault(log, {})[name] = o
+    return found
 
 
 def _priors_of_log(unit: tuple[str, tuple[str, ...], ReplaySettings]) -> Mapping[str, Costs]:
@@ -96,22 +100,6 @@ def _priors_of_log(unit: tuple[str, tuple[str, ...], ReplaySettings]) -> Mapping
         return prior_drawn(prepare_log(read(path_of(log)), settings, with_ways=False), names)
     except LiosError:  # already reported by its replays
         return {}
-
-
-def _with_prior(outcome: Outcome, priors: Mapping[str, Costs]) -> Outcome:
-    if isinstance(outcome, StoredReplay) and outcome.strategy in priors:
-        return msgspec.structs.replace(outcome, prior_drawn=priors[outcome.strategy])
-    return outcome
-
-
-def _keep(
-    outcomes: Iterable[Outcome], before: Iterable[Outcome], names: Iterable[str], output: Path, *, misses: int | None
-) -> None:
-    """Writes those that now have prior costs where `replay` has kept them; planners from outside always run again."""
-    kept = {n for n in names if not is_foreign(n, origin=NameOrigin.USER)}
-    for now, old in zip(outcomes, before, strict=True):
-        if now is not old and isinstance(now, StoredReplay) and now.strategy in kept:
-            write_replay(replay_path(output, now.sha256, now.run_id, now.strategy, misses=misses), now)
 
 
 def _at_start(prepared: PreparedLog) -> PreparedLog:
@@ -146,6 +134,14 @@ def _worlds_at_start(start: PreparedLog) -> SampledWorlds:
         rng=np.random.default_rng(settings.seed),
         exists=relevance.must_exist,
     )
+
+
+def _costs_of(start: PreparedLog, name: str, worlds: SampledWorlds) -> Costs:
+    if not is_foreign(name, origin=NameOrigin.USER):
+        return _costs(start, strategy(name, origin=NameOrigin.USER), worlds)
+    limit_s, here = start.settings.timeout_s, start.settings.in_process
+    with foreign_planner(name, origin=NameOrigin.USER, timeout_s=limit_s, in_process=here) as planner:
+        return _costs(start, planner, worlds)
 
 
 def _costs(start: PreparedLog, planner: Strategy, worlds: SampledWorlds) -> Costs:

@@ -149,7 +149,13 @@ def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp
 
 
 @pytest.mark.parametrize(
-    ("option", "value", "words"), [("-s", "lios", "two or more"), ("--scenario", "party", "party")]
+    ("option", "value", "words"),
+    [
+        ("-s", "lios", "two or more"),
+        ("--scenario", "party", "party"),
+        ("--trials", "81", "the 80 tasks of --pool"),
+        ("-o", __file__, "a folder is needed"),
+    ],
 )
 def test_bad_input_is_one_line(option: str, value: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert lios(["evaluate", "select", option, value, "--dry-run"]) == 2

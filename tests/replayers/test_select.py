@@ -152,3 +152,17 @@ def test_a_strategy_that_breaks_on_some_logs_is_told_and_proves_nothing(
     broke = groups["deliver-2, by spot"]["broke"]
     assert [b["logs"] for b in broke] == [["spot-home-D.mcap"]]
     assert groups["deliver-2, by spot"]["next"] != broke[0]["strategy"]
+
+
+@pytest.mark.parametrize(
+    ("figure", "words"), [(".", "a file is needed"), ("x.xyz", "ends in .png"), ("x", "ends in .png")]
+)
+def test_a_figure_that_cannot_be_written_is_refused_before_anything_is_replayed(
+    figure: str, words: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert lios(["select", FINDS[0], *QUICK, "-o", "kept", "--figure", figure]) == 2
+    shown = capsys.readouterr()
+    assert words in shown.err
+    assert len(shown.err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())

@@ -65,10 +65,14 @@ def select(
 
         lios evaluate select --houses houses.jsonl.gz --scenario any-of-three --json
     """
-    from workbench.errors import Failed
+    from workbench.errors import BadValue, Failed, WrongKind
     from workbench.evaluation.cluster import Workforce
     from workbench.terminal import say
 
+    if trials > pool:
+        raise BadValue("--trials", trials, f"at most the {pool} tasks of --pool")
+    if output is not None and output.exists() and not output.is_dir():
+        raise WrongKind(output, needed="folder")
     wanted = (houses, part, scenario, strategies)
     plans = [
         _plan(*wanted, pool=pool, estimator=estimator, worlds=worlds, seed=number)
