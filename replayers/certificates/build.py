@@ -135,7 +135,8 @@ class _TreeWriter:
         if segment.ended is not None:
             self.left -= 1
             if segment.ended.status is RunStatus.PLANNER_FAILED:
-                raise NotCertifiable(self.tree.evidence.path, f"{self.tree.strategy.name} breaks in some world")
+                why = f"{self.tree.strategy.name} breaks in some world ({segment.ended.reason})"
+                raise NotCertifiable(self.tree.evidence.path, why)
             charged = spent if segment.done else self.failure
             self.reached.append(_Reached(least=charged, most=charged, world=world))
             return ClaimedNode(steps=steps, end=ClaimedEnd(done=segment.done, charged=charged))

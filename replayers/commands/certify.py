@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from workbench.options import Force, Json
 from workbench.parameters import Argument, Option
+
+if TYPE_CHECKING:
+    from replayers.certificates.claim import CostClaim
+    from replayers.counterfactual.prepared_log import PreparedLog
+    from workbench.plugins import NameOrigin
 
 
 def certify(
@@ -33,6 +38,7 @@ def certify(
     from replayers.certificates.build import certificate
     from replayers.certificates.claim import sealed, write_claim
     from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+    from replayers.counterfactual.sandbox import is_foreign
     from replayers.runs.run import read
     from workbench.errors import OutputExists
     from workbench.planning.strategies import strategy as strategy_named
@@ -42,9 +48,12 @@ def certify(
     if output.exists() and not force:
         raise OutputExists(output)
     run = read(log)
-    origin = NameOrigin.USER if strategy else NameOrigin.LOG
-    planner = strategy_named(strategy or run.info.strategy, origin=origin)
-    claim = certificate(prepare_log(run, ReplaySettings(worlds=0), with_ways=False), planner, max_branches=branches)
+    prepared = prepare_log(run, ReplaySettings(worlds=0), with_ways=False)
+    name, origin = (strategy, NameOrigin.USER) if strategy else (run.info.strategy, NameOrigin.LOG)
+    if is_foreign(name, origin=origin):
+        claim = _of_foreign_planner(prepared, name, origin, branches)
+    else:
+        claim = certificate(prepared, strategy_named(name, origin=origin), max_branches=branches)
     values = sealed(claim)
     write_claim(output, values, force=force)
     lower, upper = claim.lower, claim.upper
@@ -56,3 +65,17 @@ def certify(
     most = "no upper bound" if upper.cost is None else f"{upper.cost:.2f} ({upper.kind})"
     say(f"{claim.strategy} over {claim.log}: {lower.cost:.2f} ({lower.kind}) to {most}")
     say(f"Wrote {output}; check it: python tools/check_claim.py {output} {log}")
+
+
+def _of_foreign_planner(prepared: PreparedLog, name: str, origin: NameOrigin, branches: int) -> CostClaim:
+    """The certificate of a planner from outside, which runs in a process of its own with a time limit."""
+    from replayers.certificates.build import certificate
+    from replayers.counterfactual.sandbox import foreign_planner, loading_fault
+    from workbench.planning.strategies import StrategyNotLoaded
+
+    fault = loading_fault(name)
+    if fault is not None:
+        raise StrategyNotLoaded(name, fault.reason)
+    limit_s = prepared.settings.timeout_s
+    with foreign_planner(name, origin=origin, timeout_s=limit_s, in_process=False) as planner:
+        return certificate(prepared, planner, max_branches=branches)

@@ -11,7 +11,7 @@ import random
 import subprocess
 import sys
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -241,3 +241,72 @@ def test_a_bad_call_is_told_in_one_line(tmp_path: Path, capsys: pytest.CaptureFi
         assert said.out == ""
         assert what in said.err
         assert said.err.count("\n") == 1
+
+
+DAMAGES = (
+    lambda packed: packed[: len(packed) // 2] + bytes(300) + packed[len(packed) // 2 + 300 :],  # compressed data
+    lambda packed: packed[:300],
+    lambda packed: b"PK" + bytes(400),
+    lambda packed: b"",
+)
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("what", ["claim", "log"])
+def test_damaged_files_are_refused_in_one_line_each(
+    what: str, damage: Callable[[bytes], bytes], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    claim, log = tmp_path / "claim.lios.zip", tmp_path / "run.mcap"
+    write_claim(claim, json.loads(claimed("find-greedy", "opt-lios")))
+    log.write_bytes((LOGS / "find-greedy.mcap").read_bytes())
+    damaged = claim if what == "claim" else log
+    damaged.write_bytes(damage(damaged.read_bytes()))
+    assert checker().main([str(claim), str(log)]) == 1
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert f"{damaged}: refused: " in said.out
+    assert len(said.out.splitlines()) == (1 if what == "claim" else 2)
+    assert "holds" not in said.out
+
+
+def test_compression_that_is_not_known_is_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    claim = tmp_path / "claim.lios.zip"
+    write_claim(claim, json.loads(claimed("find-greedy", "opt-lios")))
+    packed = bytearray(claim.read_bytes())
+    for header, place in ((b"PK\x03\x04", 8), (b"PK\x01\x02", 10)):
+        packed[packed.index(header) + place] = 77
+    claim.write_bytes(packed)
+    assert checker().main([str(claim), str(LOGS / "find-greedy.mcap")]) == 1
+    assert capsys.readouterr().out.startswith(f"{claim}: refused: it cannot be read (NotImplementedError")
+
+
+HANGS = """
+import time
+
+
+class Hangs:
+    name = "hangs"
+
+    def relevant_types(self, task):
+        return ()
+
+    def decide(self, view):
+        time.sleep(1000)
+"""
+
+
+def test_a_planner_that_hangs_or_is_not_there_is_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hanging_planner.py").write_text(HANGS)
+    log, settings = str(LOGS / "find-greedy.mcap"), ReplaySettings(worlds=0, timeout_s=0.3)
+    monkeypatch.setattr("replayers.counterfactual.prepared_log.ReplaySettings", lambda worlds: settings)
+    for name, why in (("Hangs", "no decision within 0.3 s"), ("Misspelt", "Misspelt")):
+        assert lios(["certify", log, "-s", f"hanging_planner:{name}", "-o", "claim.lios.zip"]) == 2
+        said = capsys.readouterr().err
+        assert why in said
+        assert said.count("\n") == 1
+    assert not (tmp_path / "claim.lios.zip").exists()
