@@ -169,15 +169,15 @@ def runs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...]
     """Replays in which no run counts twice, and how duplicates were resolved.
 
     A part of a split log holds but a part of what the run showed: replays of parts contradict each other, and their
-    number is no number of runs. Copies (compressed, filtered) that say the same count once.
+    number is no number of runs. Copies (compressed, filtered, or under another name) that say the same count once.
     """
-    listed = tuple(records)
+    listed, same_bytes = _logs_once(records)
     by_run: dict[tuple[str, ...], dict[str, list[StoredReplay]]] = {}
     for r in listed:
         run = (r.run_id, r.place_sha256, r.scenario, r.recorded_strategy)
         by_run.setdefault(run, {}).setdefault(r.sha256, []).append(r)
     left_out: set[str] = set()
-    several: list[RunInSeveralLogs] = []
+    several: list[RunInSeveralLogs] = list(same_bytes)
     for (run_id, *_), logs in by_run.items():
         if len(logs) == 1:
             continue
@@ -189,6 +189,21 @@ def runs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...]
             RunInSeveralLogs(run_id=run_id, logs=paths, kept=logs[first][0].log if kept is not None else None)
         )
     return tuple(r for r in listed if r.sha256 not in left_out), tuple(several)
+
+
+def _logs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...], tuple[RunInSeveralLogs, ...]]:
+    """Each strategy's first replay over the same bytes, and the files that hold these, where there are several."""
+    once: dict[tuple[str, str], StoredReplay] = {}
+    copies: dict[str, dict[str, StoredReplay]] = {}
+    for r in records:
+        first = once.setdefault((r.sha256, r.strategy), r)
+        if first is not r and first.log != r.log:
+            copies.setdefault(r.sha256, {first.log: first})[r.log] = r
+    several = (
+        RunInSeveralLogs(run_id=next(iter(logs.values())).run_id, logs=tuple(logs), kept=next(iter(logs)))
+        for logs in copies.values()
+    )
+    return tuple(once.values()), tuple(several)
 
 
 def _say_the_same(a: Sequence[StoredReplay], b: Sequence[StoredReplay]) -> bool:

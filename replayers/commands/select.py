@@ -84,7 +84,7 @@ def select(
     from replayers.selection.campaign_logs import group_by, trial_groups
     from replayers.selection.candidates import estimators_named, replay_candidates
     from replayers.selection.verdict import SelectionSettings, history
-    from workbench.errors import Unsupported
+    from workbench.errors import BadValue, Unsupported
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, progress, say
 
@@ -113,6 +113,9 @@ def select(
     left_out = [*found.left_out, *dict.fromkeys(failed)]
     if not found.groups:
         raise Unsupported(f"no log can be compared: {left_out[0] if left_out else 'there is none'}")
+    most = max(len(g.trials) for g in found.groups)
+    if horizon is not None and horizon < most:
+        raise BadValue("--horizon", horizon, f"at least the {most} trials so far")
     wanted = SelectionSettings(alpha=alpha, horizon=horizon, seed=seed)
     histories = [history(g.trials, wanted) for g in found.groups]
     looks = shared_looks(looks_by_log(made.outcomes, made.logs, made.settings)) if look_next else None

@@ -26,6 +26,7 @@ from replayers.selection.trial_costs import PriorCosts, TrialCosts, trial_costs
 from workbench.errors import LiosError, MalformedFile
 from workbench.evaluation.cluster import run_in_order
 from workbench.execution.loop import outcome_of
+from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
 
 
@@ -112,9 +113,9 @@ class _StoredTrial(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def write_pool(path: Path, trials: Sequence[PoolTrial]) -> None:
-    """Writes a pool, one trial a line."""
+    """Writes a pool, one trial a line; whoever is interrupted keeps the trials from before."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(msgspec.json.Encoder().encode_lines([_stored(trial) for trial in trials]))
+    write_atomically(path, msgspec.json.Encoder().encode_lines([_stored(trial) for trial in trials]))
 
 
 def read_pool(path: Path) -> tuple[PoolTrial, ...]:

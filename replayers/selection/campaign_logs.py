@@ -77,10 +77,10 @@ def trial_groups(replays: Replays, strategies: Sequence[str], by: GroupBy) -> Tr
     left_out = [_several(s) for s in several]
     by_log: dict[str, list[StoredReplay]] = {}
     for record in kept:
-        by_log.setdefault(record.log, []).append(record)
+        by_log.setdefault(record.sha256, []).append(record)
     found: dict[tuple[str, ...], list[tuple[int, Path, str, TrialCosts, list[StoredReplay]]]] = {}
-    for log, records in by_log.items():
-        path = path_of(log)
+    for records in by_log.values():
+        path = path_of(records[0].log)
         try:
             run = read(path)
         except LiosError as error:

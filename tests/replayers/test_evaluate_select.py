@@ -126,6 +126,15 @@ def test_a_pool_is_kept_as_it_was(tmp_path: Path) -> None:
         read_pool(tmp_path / "pool.jsonl")
 
 
+def test_an_interrupted_write_keeps_the_trials_from_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pool, path = drawn_pool(3), tmp_path / "pool.jsonl"
+    write_pool(path, pool[:2])
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        write_pool(path, pool)
+    assert len(read_pool(path)) == 2
+
+
 @pytest.mark.slow
 def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     wish = ["evaluate", "select", "--scenario", "find", "-s", "greedy,lios", "--pool", "2", "-n", "2", "--seeds", "2",

@@ -166,3 +166,16 @@ def test_a_figure_that_cannot_be_written_is_refused_before_anything_is_replayed(
     assert words in shown.err
     assert len(shown.err.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_a_copy_under_another_name_is_no_further_trial(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    copy(FINDS[0], tmp_path / "again.mcap")
+    answer = selected(capsys, FINDS[0], str(tmp_path / "again.mcap"))
+    (group,) = answer["groups"]  # type: ignore[misc]
+    assert len(group["logs"]) == 1
+    assert answer["left_out"] == ["find-greedy.mcap, again.mcap are of one run and say the same: it counts once"]
+
+
+def test_a_horizon_that_has_passed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert lios(["select", FINDS[0], FINDS[1], *QUICK, "--horizon", "1"]) == 2
+    assert "at least the 2 trials so far" in capsys.readouterr().err
