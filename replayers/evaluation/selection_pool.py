@@ -25,6 +25,7 @@ from replayers.selection.prior_costs import prior_drawn
 from replayers.selection.trial_costs import PriorCosts, TrialCosts, trial_costs
 from workbench.errors import LiosError, MalformedFile
 from workbench.evaluation.cluster import run_in_order
+from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
@@ -64,7 +65,10 @@ def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skipp
     """One task driven by every strategy, each log replayed by all."""
     try:
         trials = [trial_of(task, plan, name) for name in plan.strategies]
-        truth = [outcome_of(list(trial_events(trial))).cost for trial in trials]
+        ends = [outcome_of(list(trial_events(trial))) for trial in trials]
+        for end in ends:
+            if end.status is RunStatus.ESTIMATOR_FAILED:  # then nobody could replay the run either
+                return SkippedTask(task=task, reason=end.reason)
         with TemporaryDirectory(prefix="lios-select-") as folder:
             seen: list[TrialCosts] = []
             prior: PriorCosts | None = None
@@ -83,7 +87,13 @@ def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skipp
                 seen.append(replace(costs, prior=prior))
     except LiosError as error:
         return SkippedTask(task=task, reason=str(error))
-    return PoolTrial(house=task.house, scenario=task.scenario, seed=task.seed, true=tuple(truth), seen=tuple(seen))
+    return PoolTrial(
+        house=task.house,
+        scenario=task.scenario,
+        seed=task.seed,
+        true=tuple(end.cost for end in ends),
+        seen=tuple(seen),
+    )
 
 
 def _prior(prepared: PreparedLog, strategies: Sequence[str]) -> PriorCosts | None:

@@ -135,6 +135,26 @@ def test_an_interrupted_write_keeps_the_trials_from_before(tmp_path: Path, monke
     assert len(read_pool(path)) == 2
 
 
+RAISES = """
+class Raises:
+    name = "raises"
+
+    def believe(self, knowledge, item_types):
+        raise RuntimeError("boom")
+"""
+
+
+def test_an_estimator_that_raises_is_told_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "raising_estimator.py").write_text(RAISES)
+    wish = ["evaluate", "select", "--scenario", "find", "-s", "greedy,lios", "--pool", "2", "-n", "2", "-o", "out"]
+    assert lios([*wish, "--estimator", "raising_estimator:Raises"]) == 1
+    assert "boom" in capsys.readouterr().err.splitlines()[-1]
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.slow
 def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     wish = ["evaluate", "select", "--scenario", "find", "-s", "greedy,lios", "--pool", "2", "-n", "2", "--seeds", "2",
@@ -161,6 +181,7 @@ def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp
     ("option", "value", "words"),
     [
         ("-s", "lios", "two or more"),
+        ("-s", "lios,oracle", "knows the whole house"),
         ("--scenario", "party", "party"),
         ("--trials", "81", "the 80 tasks of --pool"),
         ("-o", __file__, "a folder is needed"),

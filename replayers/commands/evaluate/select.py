@@ -118,10 +118,13 @@ def _plan(
     from workbench.beliefs.estimators import estimator as estimator_named
     from workbench.errors import BadValue
     from workbench.planning.scenarios.paper import family_of
+    from workbench.planning.strategies import needs_truth
     from workbench.plugins import NameOrigin
 
     names = strategies_named(strategies, with_truth=False)
     for name in names:
+        if needs_truth(name):
+            raise BadValue("--strategies", name, "a strategy that logs can replay: this one knows the whole house")
         is_foreign(name, origin=NameOrigin.USER)  # refuses what is no strategy
     if len(names) < 2:
         raise BadValue("--strategies", strategies, "two or more: there is nothing to choose between")
