@@ -10,7 +10,7 @@ import numpy as np
 
 from replayers.evaluation.selection_pool import PoolTrial
 from replayers.selection.elimination import NEAR, eliminated_by_proof, eliminated_by_sequence
-from replayers.selection.selectors import SELECTORS
+from replayers.selection.selectors import ABLATIONS, SELECTORS
 from replayers.selection.trial_costs import TrialCosts
 from workbench.arrays import Floats
 from workbench.errors import BadValue
@@ -55,7 +55,7 @@ class SelectorRow:
         regret: mean cumulative regret at the end.
         best_share: share of trials in which the best fixed strategy in hindsight was driven.
         share_of: by baseline, this selector's mean regret over the baseline's on the same trials; None where that is
-            not above 0.
+            not clearly above 0: by its interval.
     """
 
     selector: str
@@ -96,7 +96,7 @@ def campaigns(pool: Sequence[PoolTrial], *, trials: int, seeds: Sequence[int], n
     for seed in seeds:
         order = np.random.default_rng((seed, 0)).permutation(len(pool))[:trials]
         chosen = [pool[i] for i in order]
-        for k, name in enumerate((*SELECTORS, RANDOM, FULL_INFORMATION)):
+        for k, name in enumerate((*SELECTORS, RANDOM, *ABLATIONS, FULL_INFORMATION)):
             made = campaign(chosen, name, seed=seed, rng=np.random.default_rng((seed, 1 + k)))
             yield replace(made, pool=number)
 
@@ -104,7 +104,7 @@ def campaigns(pool: Sequence[PoolTrial], *, trials: int, seeds: Sequence[int], n
 def campaign(chosen: Sequence[PoolTrial], selector: str, *, seed: int, rng: np.random.Generator) -> Campaign:
     """Drives the trials in their order as a selector says."""
     names = chosen[0].seen[0].strategies
-    select = SELECTORS[OURS] if selector == FULL_INFORMATION else SELECTORS.get(selector, _draw)
+    select = _SELECT[selector]
     driven: list[int] = []
     seen: list[TrialCosts] = []
     for trial in chosen:
@@ -119,6 +119,9 @@ def campaign(chosen: Sequence[PoolTrial], selector: str, *, seed: int, rng: np.r
 
 def _draw(_: Sequence[TrialCosts], strategies: Sequence[str], rng: np.random.Generator) -> int:
     return int(rng.integers(len(strategies)))
+
+
+_SELECT = {**SELECTORS, **ABLATIONS, RANDOM: _draw, FULL_INFORMATION: SELECTORS[OURS]}
 
 
 def _fully_known(trial: PoolTrial) -> TrialCosts:
@@ -140,16 +143,17 @@ def selector_rows(made: Sequence[Campaign], *, seed: int) -> tuple[SelectorRow, 
     of = {name: [c for c in made if c.selector == name] for name in names}
     ends = {name: np.array([c.regret[-1] for c in of[name]]) for name in names}
     clusters = [(c.pool, c.seed) for c in of[names[0]]]
+    mean_of = {name: mean_with_interval(ends[name], clusters, rng=np.random.default_rng(seed)) for name in names}
 
     def share(name: str, other: str) -> IntervalEstimate | None:
-        if ends[other].mean() <= NEAR:
+        if not mean_of[other].lower > NEAR:
             return None
         return ratio_with_interval(ends[name], ends[other], clusters, rng=np.random.default_rng(seed))
 
     return tuple(
         SelectorRow(
             selector=name,
-            regret=mean_with_interval(ends[name], clusters, rng=np.random.default_rng(seed)),
+            regret=mean_of[name],
             best_share=float(np.mean([np.mean(np.array(c.driven) == c.best) for c in of[name]])),
             share_of={other: share(name, other) for other in names if other != name},
         )

@@ -7,11 +7,13 @@
   bound over all trials and the UCB index of the driven ones (Paudel and Stein, arXiv:2304.01094, Sec. IV).
 - ucb1: a bandit without replay (Auer, Cesa-Bianchi and Fischer, Machine Learning 47, 2002).
 - thompson: a bandit without replay: a normal posterior of each mean, of which one value each is drawn.
+- replays-alone, priors-alone: the two halves of intervals, to show what each of them gives.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from math import log, sqrt
 from types import MappingProxyType
 
@@ -75,6 +77,24 @@ def by_thompson(trials: Sequence[TrialCosts], strategies: Sequence[str], rng: np
     drawn = [float(rng.normal(np.mean(costs), THOMPSON_BONUS * spread / sqrt(len(costs)))) for costs in driven]
     return int(np.argmin(drawn))
 
+
+def by_replays_alone(trials: Sequence[TrialCosts], strategies: Sequence[str], rng: np.random.Generator) -> int:
+    """As intervals, without what was to be expected at the start of the trials."""
+    return by_intervals([replace(t, prior=None) for t in trials], strategies, rng)
+
+
+def by_priors_alone(trials: Sequence[TrialCosts], strategies: Sequence[str], rng: np.random.Generator) -> int:
+    """The least mean of the trials' prior costs, whatever they then cost; ties go to the first."""
+    means = [t.prior.mean for t in trials if t.prior is not None]
+    if not means:
+        return int(rng.integers(len(strategies)))
+    return int(np.argmin(np.mean(means, axis=0).round(9)))
+
+
+ABLATIONS: Mapping[str, Selector] = MappingProxyType(
+    {"replays-alone": by_replays_alone, "priors-alone": by_priors_alone}
+)
+"""The two halves of intervals."""
 
 SELECTORS: Mapping[str, Selector] = MappingProxyType(
     {"intervals": by_intervals, "lower-bounds": by_lower_bounds, "ucb1": by_ucb1, "thompson": by_thompson}

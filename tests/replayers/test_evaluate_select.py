@@ -75,7 +75,8 @@ def test_full_information_knows_no_priors_and_ours_does() -> None:
     unproved = {"lower": np.zeros(3), "max_difference": np.full((3, 3), 99.0), "prior": prior}
     pool = [replace(t, seen=tuple(replace(s, **unproved) for s in t.seen)) for t in drawn_pool(3)]
     made = {c.selector: c for c in campaigns(pool, trials=3, seeds=[0])}
-    assert made[OURS].driven[1:] == (0, 0)
+    assert made[OURS].driven[1:] == made["priors-alone"].driven[1:] == (0, 0)
+    assert made["replays-alone"].driven[1:] == (1, 1)
     assert made[FULL_INFORMATION].driven[1:] == (1, 1)
 
 
@@ -162,8 +163,8 @@ def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp
     assert lios([*wish, "--json"]) == 0
     first = json.loads(capsys.readouterr().out)
     assert first["eliminations"]["wrong_by_proof"] == 0
-    names = ["intervals", "lower-bounds", "ucb1", "thompson", "random", "full-information"]
-    assert [row["selector"] for row in first["rows"]] == names
+    names = ["intervals", "lower-bounds", "ucb1", "thompson", "random", "replays-alone", "priors-alone"]
+    assert [row["selector"] for row in first["rows"]] == [*names, "full-information"]
     assert [row["selector"] for row in first["rows"] if row["reference"]] == ["full-information"]
     assert (tmp_path / "out" / "regret.png").exists()
     assert lios([*wish, "--json"]) == 0

@@ -55,9 +55,9 @@ def select(
     Every strategy drives a pool of tasks once, and each log is replayed by all. A campaign draws its trials from
     the pool; each selector drives one strategy per trial. Regret is what it paid above the best fixed strategy in
     hindsight. "intervals" is lios select; "lower-bounds" is replay with lower bounds only (arXiv:2304.01094); "ucb1"
-    and "thompson" are bandits without replay. "full-information" is no competitor but a reference: told after each
-    trial what every strategy truly cost there, it drives the one of least mean cost so far. The best strategy so far
-    must never be ruled out by proof.
+    and "thompson" are bandits without replay. "replays-alone" and "priors-alone" are the two halves of intervals.
+    "full-information" is no competitor but a reference: told after each trial what every strategy truly cost there,
+    it drives the one of least mean cost so far. The best strategy so far must never be ruled out by proof.
 
     Examples:
 
