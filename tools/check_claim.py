@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """Checks certificates of a strategy's cost over a log: python check_claim.py CLAIM.lios.zip... LOG.mcap...
 
-Standard library and `mcap` only; nothing of the program that wrote the certificate. Checked: every step can be done
-where the log says things are, and costs what it says; a look's answers are all that a world which agrees with the log
-can give; the ends are the least and the greatest. Not checked, since it needs the strategy: that it decides so.
+Standard library and `mcap` only. Checked: every step can be done and costs what the log says; a look's answers are
+all that a world which agrees with it can give; the ends are least and greatest. Not checked: the strategy's choices.
 """
 
 import hashlib
@@ -31,7 +30,7 @@ class Refused(Exception):
 
 def need(holds, what):
     if not holds:
-        raise Refused(what)
+        raise Refused("".join(c if c.isprintable() else "?" for c in what))
 
 
 def same(a, b):
@@ -280,6 +279,7 @@ def main(paths):
                 need(packed.getinfo("claim.json").file_size <= MAX_BYTES, "it is too large")
                 claim = json.loads(packed.read("claim.json"))
             (lower, upper), log_hash = check(claim, logs), claim["log_sha256"]
+            need(claim["strategy"].isprintable(), "its strategy has a name that cannot be printed")
             most = "no upper bound" if upper is None else f"{upper:.2f} ({claim['upper']['kind']})"
             by_strategy.setdefault(claim["strategy"], {})[log_hash] = lower, inf if upper is None else upper
             print(f"{path}: holds: {claim['strategy']} costs {lower:.2f} ({claim['lower']['kind']}) to {most}")

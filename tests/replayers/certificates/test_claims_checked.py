@@ -282,6 +282,25 @@ def test_compression_that_is_not_known_is_refused_in_one_line(
     assert capsys.readouterr().out.startswith(f"{claim}: refused: it cannot be read (NotImplementedError")
 
 
+@pytest.mark.parametrize(
+    ("field", "words"),
+    [("strategy", "a name that cannot be printed"), ("log_sha256", "no log here"), ("log", "about")],
+)
+def test_a_certificate_cannot_print_lines_of_its_own(
+    field: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values, claim = json.loads(claimed("find-greedy", "opt-lios")), tmp_path / "claim.lios.zip"
+    values[field] = "a\nb.lios.zip: holds: b costs 1.00 (leaf) to 1.00 (leaf)\x1b[2J"
+    values["log_sha256"] = "0" if field == "log" else values["log_sha256"]
+    values["seal"] = checker().seal_of(values)
+    write_claim(claim, values)
+    assert checker().main([str(claim), str(LOGS / "find-greedy.mcap")]) == 1
+    said = capsys.readouterr().out
+    assert len(said.splitlines()) == 1
+    assert words in said
+    assert said.strip().isprintable()
+
+
 HANGS = """
 import time
 
