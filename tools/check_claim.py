@@ -260,7 +260,7 @@ def check(claim, logs):
         log = logs.get(claim["log_sha256"])
         need(log is not None, f"no log here is the one that it is about ({claim['log']})")
         return Check(claim, log).run()
-    except (KeyError, TypeError, IndexError, ValueError, AttributeError, RecursionError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
         raise Refused(f"it is not formed as a claim ({type(error).__name__}: {error})") from None
 
 
