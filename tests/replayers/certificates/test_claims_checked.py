@@ -316,6 +316,7 @@ class Hangs:
 """
 
 
+@pytest.mark.ci
 def test_a_planner_that_hangs_or_is_not_there_is_refused_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
