@@ -24,6 +24,7 @@ from workbench.evaluation.figures.style import (
     save,
 )
 
+BLACK = "#000000"
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PINK, SKY, GREY)
 
 
@@ -74,17 +75,17 @@ def draw_regrets(path: Path, regrets: Mapping[str, Floats], *, references: Seque
 
     Args:
         regrets: per selector, shape (seeds, trials).
-        references: selectors that are no competitors; dashed, with their names in brackets.
+        references: selectors that are no competitors; black and dashed, with their names in brackets.
     """
     figure, axes = new_figure(6.0, 4.0)
     ax = axes[0]
     for k, (name, table) in enumerate(regrets.items()):
         trials = np.arange(1, table.shape[1] + 1)
-        colour = COLOURS[k % len(COLOURS)]
+        told = name in references
+        colour = BLACK if told else COLOURS[k % len(COLOURS)]
         if k == 0:
             low, high = np.quantile(table, [0.1, 0.9], axis=0)
             ax.fill_between(trials, low, high, color=colour, alpha=0.15, linewidth=0)
-        told = name in references
         ax.plot(
             trials,
             table.mean(axis=0),
