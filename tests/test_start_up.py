@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from workbench.third_party.kernels import is_tried
+
 ROOT = Path(__file__).resolve().parents[1]
 LOG = "logs/find-greedy.mcap"
 
@@ -39,6 +41,7 @@ def test_a_command_loads_nothing_big_that_it_does_not_use(command: str, spared: 
     assert not spared & _loaded(RUN + TELL, *command.split())
 
 
+@pytest.mark.skipif(not is_tried(), reason="numba loads its functions itself")
 def test_what_is_compiled_already_is_loaded_without_the_compiler() -> None:
     """What numba prepares in order to compile, scipy.linalg among it, takes a quarter of a replay's start."""
     command = ("replay", LOG, "-s", "opt-greedy", "--workers", "1")

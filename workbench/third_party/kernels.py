@@ -6,21 +6,26 @@ of processor time, and machine code that is on disk needs none of it but the mem
 first here, and the compiler prepared where the cache does not hold the function.
 
 What must not be compiled so: functions that hash strings, and parallel ones. Their machine code calls what numba
-registers with those modules.
+registers with those modules. What else does may differ between versions and machines, so that this is done only
+where it was tried; elsewhere numba loads its functions as usual.
 """
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUntypedFunctionDecorator=false
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-from numba import njit
+import numba
 from numba.core.caching import FunctionCache
 from numba.core.runtime.nrt import rtsys
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+TRIED_VERSIONS = ("0.68",)
+"""Of numba, on Linux on x86-64."""
 
 
 def kernel(**options: Any) -> Callable[[Function], Function]:
@@ -31,12 +36,21 @@ def kernel(**options: Any) -> Callable[[Function], Function]:
     """
 
     def compiled(function: Function) -> Function:
-        made = cast(Any, njit(cache=True, nogil=True, **options)(function))
-        if hasattr(made, "_cache"):  # not where compiling is switched off
+        made = cast(Any, numba.njit(cache=True, nogil=True, **options)(function))
+        if is_tried() and hasattr(made, "_cache"):  # it has none where compiling is switched off
             made._cache = _LoadedFirst(function)
         return made
 
     return compiled
+
+
+def is_tried() -> bool:
+    """Whether functions are loaded without the compiler with this version of numba, on this machine."""
+    system = os.uname() if hasattr(os, "uname") else None
+    version = numba.__version__.rpartition(".")[0]
+    return (
+        system is not None and (system.sysname, system.machine) == ("Linux", "x86_64") and version in TRIED_VERSIONS
+    )
 
 
 class _LoadedFirst(FunctionCache):
