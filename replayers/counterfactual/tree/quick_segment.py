@@ -97,23 +97,26 @@ class QuickRun:
         basis = self._planner.basis if isinstance(self._planner, MemoizedStrategy) else None
         made.decided.append((basis, decision))
         solved = decision.plan.status is PlanStatus.SOLVED and bool(decision.plan.steps)
-        return decision if solved and not decision.look_on_the_way else None
+        return decision if solved else None
 
     def _carried_out(self, decision: Decision, made: QuickSegment, steps_left: int) -> bool:
         """Carries a plan out up to a look or to its end; whether all went as it should."""
+        if decision.look_on_the_way:
+            return self._look(ContainerId(decision.look_on_the_way[0]), made) and made.steps < steps_left
         for step in decision.plan.steps[: decision.steps_now]:
             if step.origin != made.knowledge.robot_at:
                 return False
             if step.action == "find":
-                done = bool(decision.search_order) and self._look(decision.search_order[0].container, made)
-                return done and made.steps < steps_left
+                if made.knowledge.holding is not None or not decision.search_order:
+                    return False
+                return self._look(decision.search_order[0].container, made) and made.steps < steps_left
             if not self._act(step, made) or made.steps >= steps_left:
                 return False
         return True
 
     def _look(self, container: ContainerId, made: QuickSegment) -> bool:
         place, known = LocationId(container), made.knowledge
-        if container not in known.unsearched or known.holding is not None:
+        if container not in known.unsearched:
             return False
         if known.robot_at != place and not self._walk(place, made):
             return False
