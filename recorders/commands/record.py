@@ -26,7 +26,9 @@ def record(
     find: Annotated[str, Option("--find", help="Item type to find and bring back to the start.")] = "",
     scenario: Annotated[str, Option("--scenario", help="A scenario by name: deliver-3, breakfast, coffee, ...")] = "",
     task: Annotated[Path | None, Option("--task", help="A task file (YAML).")] = None,
-    strategy: Annotated[str, Option("--strategy", "-s", help="Strategy or search policy.")] = "conditioned-lios",
+    strategy: Annotated[
+        str, Option("--strategy", "-s", help="Strategy, or a built-in search policy.")
+    ] = "conditioned-lios",
     estimator: Annotated[
         str,
         Option("--estimator", help="counts, fcnn, best, people, mixed, a .safetensors, a .prompt, or module:Class."),

@@ -295,11 +295,12 @@ def _between(bounds: dict[str, float | None] | None) -> str | None:
 
 
 def _seconds(row: dict[str, Any]) -> str | None:
-    """The duration predicted by a robot's own speeds, with the error that their residuals leave."""
+    """The duration predicted by a robot's own speeds, with the error that their residuals leave where it is known."""
     if row.get("durations") is None:
         return None
     until = " until it stops" if row["status"] == "undetermined" else ""
-    return f"{row['seconds']:.0f} ± {row['seconds_rms']:.0f}{until}"
+    error = "" if row["seconds_rms"] is None else f" ± {row['seconds_rms']:.0f}"
+    return f"{row['seconds']:.0f}{error}{until}"
 
 
 def _proof(row: dict[str, Any]) -> str | None:

@@ -39,22 +39,24 @@ class Durations:
 
     def words(self) -> str:
         """The figures with their residuals, in one line."""
-        left, counted = self.residual_s, self.samples
         return (
             f"seconds by the log's own speeds: a move {self.move_s:.1f} s and {self.metre_s:.2f} s a metre "
-            f"(residual {left.get('move', 0):.1f} s over {counted.get('move', 0)}), "
-            f"a look {self.look_s:.1f} s ({left.get('look', 0):.1f} s over {counted.get('look', 0)}), "
-            f"a manipulation {self.manipulation_s:.1f} s "
-            f"({left.get('manipulation', 0):.1f} s over {counted.get('manipulation', 0)})"
+            f"({self._basis('move')}), a look {self.look_s:.1f} s ({self._basis('look')}), "
+            f"a manipulation {self.manipulation_s:.1f} s ({self._basis('manipulation')})"
         )
 
-    def spread_s(self, events: Iterable[Event]) -> float:
+    def _basis(self, kind: str) -> str:
+        count = self.samples.get(kind, 0)
+        return f"residual {self.residual_s[kind]:.1f} s over {count}" if count else "assumed: the log has none"
+
+    def spread_s(self, events: Iterable[Event]) -> float | None:
         """Root mean square error of a predicted duration, if each action errs independently by the residual of its
-        kind."""
-        left = self.residual_s
-        kinds = {"move": "move", "search": "look"}
+        kind; None where the log has fewer than two actions of a kind, whose spread it does not tell."""
         acted = (e for e in events if isinstance(e, ActionEnded) and e.success)
-        return sqrt(sum(left.get(kinds.get(e.step.action, "manipulation"), 0.0) ** 2 for e in acted))
+        kinds = [KIND_OF.get(event.step.action, "manipulation") for event in acted]
+        if any(self.samples.get(kind, 0) < 2 for kind in kinds):
+            return None
+        return sqrt(sum(self.residual_s[kind] ** 2 for kind in kinds))
 
     @property
     def look_ns(self) -> int:
@@ -67,6 +69,9 @@ class Durations:
 
 SIMULATED = Durations()
 """The simulated world's: 1 s a metre, 2 s a look, 5 s a manipulation."""
+
+KIND_OF = {"move": "move", "search": "look"}
+"""The kind of action by whose speed it is predicted; all others are manipulations."""
 
 MIN_ACTIONS = 3
 """With fewer recorded actions of a kind, its spread cannot be estimated; without any, the simulator's figure is
