@@ -10,8 +10,9 @@ from the detections in the log.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, hypot, inf, pi
 
 import msgspec
@@ -67,6 +68,38 @@ class DetectionTrial:
     range_m: float | None
     angle_rad: float | None
     detected: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialsOfLog:
+    """The trials that one log shows."""
+
+    log: str
+    run_id: str
+    trials: tuple[DetectionTrial, ...]
+
+
+def each_once(found: Iterable[TrialsOfLog]) -> tuple[list[TrialsOfLog], dict[str, str]]:
+    """The logs of which no run counts twice; and the copies that are left out, each with the log that counts for it.
+
+    A copy (compressed, filtered, made for others) shows no trial that the other log of its run does not show; a part
+    of a split log does.
+    """
+    kept: list[TrialsOfLog] = []
+    copies: dict[str, str] = {}
+    for one in sorted(found, key=lambda each: -len(each.trials)):
+        shown = _counted(one)
+        whole = next((k for k in kept if k.run_id == one.run_id and shown <= _counted(k)), None)
+        if whole is None:
+            kept.append(one)
+        elif one.trials:
+            copies[one.log] = whole.log
+    return kept, copies
+
+
+def _counted(of_log: TrialsOfLog) -> Counter[DetectionTrial]:
+    """How often a log shows each trial, whatever the log is called."""
+    return Counter(replace(trial, log="") for trial in of_log.trials)
 
 
 class _Detection(msgspec.Struct):

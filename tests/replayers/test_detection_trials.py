@@ -196,3 +196,22 @@ def test_a_detection_that_is_none_is_told_and_its_log_left_out(
 
 def test_ids_made_up_for_a_type_are_no_items_of_the_log() -> None:
     assert made_up_id(MUG, ContainerId(TABLE)) == ItemId(f"Mug|seen|{TABLE}")
+
+
+def test_copies_of_a_run_count_once_and_parts_of_it_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A copy without cameras, and one of the same bytes; and the same run in parts, whose trials are its own."""
+    log = LOGS / "spot-home-A.mcap"
+
+    def judged(*logs: Path) -> tuple[list[object], dict[str, str]]:
+        capsys.readouterr()
+        assert lios(["evaluate", "perception", *map(str, logs), "--with-truth", "--json"]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        return answer["rows"], answer["copies"]
+
+    alone, none = judged(log)
+    same, copy = tmp_path / "same.mcap", tmp_path / "copy.mcap"
+    same.write_bytes(log.read_bytes())
+    assert lios(["log", "filter", str(log), "-n", "/camera/.*", "-o", str(copy)]) == 0
+    assert none == {}
+    assert judged(log, same, copy) == (alone, {str(same): str(log), str(copy): str(log)})
+    assert judged(copy, LOGS / "spot-home-B.mcap")[1] == {}

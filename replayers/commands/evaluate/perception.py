@@ -9,7 +9,7 @@ from workbench.options import Json
 from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
-    from replayers.evaluation.detection_trials import DetectionTrial, PlantedItem
+    from replayers.evaluation.detection_trials import PlantedItem, TrialsOfLog
     from replayers.evaluation.perception import DetectionRate
 
 
@@ -48,6 +48,7 @@ def perception(
     """
     from dataclasses import asdict
 
+    from replayers.evaluation.detection_trials import each_once
     from replayers.evaluation.perception import KINDS, detection_rates
     from replayers.log_tools.log_paths import find_logs
     from workbench.errors import BadValue, Unsupported
@@ -57,20 +58,24 @@ def perception(
     if not kinds or not set(kinds) <= set(KINDS):
         raise BadValue("--by", by, f"names with commas between them of {', '.join(KINDS)}")
     files = find_logs(logs)
-    trials: list[DetectionTrial] = []
+    found: list[TrialsOfLog] = []
     skipped: list[str] = []
     for log in progress(files, title="reading"):
-        trials += _trials_of(log, planted or [], skipped, checked=checked, with_truth=with_truth)
-    rates = detection_rates(trials)
+        found += _trials_of(log, planted or [], skipped, checked=checked, with_truth=with_truth)
+    kept, copies = each_once(found)
+    rates = detection_rates([trial for one in kept for trial in one.trials])
     for why in skipped:
         say(f"skipped {why}")
+    for copy, other in copies.items():
+        say(f"skipped {copy}: it shows nothing of its run that {other} does not show")
     if not rates:
         raise Unsupported(
             f"no look of {counted(len(files), 'log')} can be judged: none was made where the item was known to be. "
             "Look twice, plant items (--planted), correct misses (lios log note --seen), or give --with-truth."
         )
     if json:
-        emit_json({"rows": [asdict(rate) for rate in rates], "logs": len(files), "skipped": skipped})
+        rows = [asdict(rate) for rate in rates]
+        emit_json({"rows": rows, "logs": len(files), "skipped": skipped, "copies": copies})
         return
     emit_table([_shown(rate) for rate in rates if rate.by in kinds])
     for rate in rates:
@@ -81,8 +86,8 @@ def perception(
 
 def _trials_of(
     log: Path, planted: list[str], skipped: list[str], *, checked: bool, with_truth: bool
-) -> list[DetectionTrial]:
-    from replayers.evaluation.detection_trials import detection_trials
+) -> list[TrialsOfLog]:
+    from replayers.evaluation.detection_trials import TrialsOfLog, detection_trials
     from replayers.runs.run import read
     from workbench.errors import LiosError
 
@@ -93,7 +98,8 @@ def _trials_of(
         return []
     stood = _planted(planted, [str(c.id) for c in run.place.plan.containers], log)
     try:
-        return list(detection_trials(run, stood, checked=checked))
+        trials = tuple(detection_trials(run, stood, checked=checked))
+        return [TrialsOfLog(log=str(log), run_id=run.info.run_id, trials=trials)]
     except LiosError as error:
         skipped.append(f"{log}: {error}")
         return []
