@@ -12,6 +12,8 @@ ESLINT := 10.15.0
 $(VENV)/.installed: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(PIP) --editable .
+	# Where PYTHONDONTWRITEBYTECODE is set, every command would compile 250 files again.
+	$(BIN)/python -m compileall -q workbench recorders replayers dashboards
 	touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed
