@@ -150,7 +150,7 @@ def _least_metres(
         at: where each item was put down, or UNFETCHED, or DELIVERED.
         visits: of _visits, for one item, two and three.
     """
-    left = np.flatnonzero(at != DELIVERED)
+    left = _left(at)
     count = len(left)
     orders = visits[0] if count == 1 else visits[2] if count == 2 else visits[4]
     picked = visits[1] if count == 1 else visits[3] if count == 2 else visits[5]
@@ -170,6 +170,18 @@ def _least_metres(
                 begin = end
             best = min(best, total)
     return best
+
+
+@kernel()
+def _left(at: Ints) -> Ints:
+    """The items that are not delivered yet. (Kernels with np.flatnonzero, np.all and the like load all that numba has
+    for arrays, and scipy.linalg with it.)"""
+    items, count = np.empty(len(at), np.int64), 0
+    for item in range(len(at)):
+        if at[item] != DELIVERED:
+            items[count] = item
+            count += 1
+    return items[:count]
 
 
 @kernel()
@@ -254,7 +266,7 @@ def _may_be_cheaper(
                 still = must if place < 0 else max(must - 1, 0)
                 least = spend + still * again
                 now[item] = DELIVERED if place < 0 else place
-                if np.all(now == DELIVERED):
+                if not len(_left(now)):
                     if still == 0 and least < straight:
                         return True
                     now[item] = was

@@ -62,7 +62,10 @@ def _roles(op_slot, op_where, n_ops, n_slots):
                 op_mask[s] |= 1 << o
                 if op_where[o, j] == 0:
                     stands[s] = True
-    return carried_only, ~carried_only & ~stands, op_mask
+    tool = np.zeros(n_slots, dtype=np.bool_)  # by a loop: array formulas would load all of numba's ufuncs
+    for s in range(n_slots):
+        tool[s] = not (carried_only[s] or stands[s])
+    return carried_only, tool, op_mask
 
 
 @compiled
