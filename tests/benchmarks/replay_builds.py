@@ -4,7 +4,8 @@ python tests/benchmarks/replay_builds.py OTHER/.venv/bin/lios OTHER/logs/deliver
 python tests/benchmarks/replay_builds.py OTHER/.venv/bin/lios FOLDER --strategies opt-greedy,opt-lios,model-lios
 
 OTHER is a checkout of another build with its own environment. Each command runs in one process (--workers 1); the
-first round of each loads and compiles, and does not count. The least of the rounds is printed, and their ratio.
+first round of each loads and compiles, and does not count: byte code is kept for both in a folder of this run. The
+least of the rounds is printed, and their ratio.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ import resource
 import subprocess
 import sys
 import time
+from itertools import product
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 
 def main() -> None:
@@ -37,9 +40,9 @@ def main() -> None:
         "--json",
     ]
     least = {name: float("inf") for name in builds}
-    for round_ in range(given.rounds + 1):
-        for name, command in builds.items():
-            cpu_s, wall_s, reached, rows = _measured([*command, *what])
+    with TemporaryDirectory() as folder:
+        for round_, (name, command) in product(range(given.rounds + 1), builds.items()):
+            cpu_s, wall_s, reached, rows = _measured([*command, *what], byte_code=folder)
             if round_:
                 least[name] = min(least[name], cpu_s)
             load = os.getloadavg()[0]
@@ -53,10 +56,11 @@ def main() -> None:
     )
 
 
-def _measured(command: list[str]) -> tuple[float, float, int, int]:
+def _measured(command: list[str], *, byte_code: str) -> tuple[float, float, int, int]:
     """Processor and wall time of a command, its replays with both ends reached, and all its replays."""
     before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    done = subprocess.run(command, capture_output=True, check=True)
+    environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": byte_code}
+    done = subprocess.run(command, capture_output=True, check=True, env=environment)
     after, wall_s = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - began
     cpu_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     rows = json.loads(done.stdout)["rows"]
