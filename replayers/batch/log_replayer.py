@@ -116,7 +116,7 @@ class LogReplayer:
         """The prepared log, or the reason why it cannot be prepared."""
         if self._prepared is None:
             try:
-                self._prepared = prepare_log(self.run, self._request.settings, with_ways=self._request.write_logs)
+                self._prepared = prepare_log(self.run, self._request.settings, with_paths=self._request.write_logs)
             except LiosError as error:
                 self._prepared = error
         return self._prepared

@@ -128,7 +128,7 @@ def looks_by_log(
         except LiosError:
             continue  # its row says why it was not replayed
         replays = by_log.get(run.sha256, [])
-        prepared = prepare_log(run, settings, with_ways=False) if replays else None
+        prepared = prepare_log(run, settings, with_paths=False) if replays else None
         if prepared is None or prepared.worlds is None:
             continue
         worlds, doubtful = prepared.worlds, prepared.evidence.doubtful

@@ -48,7 +48,7 @@ def certify(
     if output.exists() and not force:
         raise OutputExists(output)
     run = read(log)
-    prepared = prepare_log(run, ReplaySettings(worlds=0), with_ways=False)
+    prepared = prepare_log(run, ReplaySettings(worlds=0), with_paths=False)
     name, origin = (strategy, NameOrigin.USER) if strategy else (run.info.strategy, NameOrigin.LOG)
     if is_foreign(name, origin=origin):
         claim = _of_foreign_planner(prepared, name, origin, branches)

@@ -66,8 +66,8 @@ class LoggedWorld:
         log: a run as read, or its evidence.
         filling: the contents of open containers; by default they are unknown.
         durations: how long actions take; the simulator's by default.
-        with_ways: whether moves carry the way walked; finding ways takes time that exploring need not spend.
-        paths: what finds those ways, where several worlds of one log share it.
+        with_paths: whether moves carry the path walked; finding paths takes time that exploring need not spend.
+        paths: what finds them, where several worlds of one log share it.
         knowledge: state from which to continue a run; the start by default.
         turns: where a robot turned for a tag in passing while recording, one on the same way does so too.
         as_recorded: each look shows what the run's own looks showed, one after the other, misses and all; beyond
@@ -80,7 +80,7 @@ class LoggedWorld:
         *,
         filling: Filling = unknown_contents,
         durations: Durations = SIMULATED,
-        with_ways: bool = True,
+        with_paths: bool = True,
         paths: Paths | None = None,
         knowledge: Knowledge | None = None,
         as_recorded: bool = False,
@@ -92,7 +92,7 @@ class LoggedWorld:
         self.knowledge = knowledge or knowledge_at_start(place.plan, self.evidence.travel, self.evidence.known)
         self._filling = filling
         self._as_recorded = as_recorded
-        self._ways_seen = {seen.way: seen for seen in self.evidence.seen_on_moves.values()} if turns else {}
+        self._legs_seen = {seen.way: seen for seen in self.evidence.seen_on_moves.values()} if turns else {}
         self._durations = durations
         self._imputed_items: set[ItemId] = set()
         self.unfinished: Move | None = None
@@ -100,7 +100,7 @@ class LoggedWorld:
         self._tags = self.evidence.tags
         self._moves = 0
         self.moves_to_look: list[MoveToLook] = []
-        own = self._tags or paths or place.paths() if with_ways else paths or NoPaths(self.evidence)
+        own = self._tags or paths or place.paths() if with_paths else paths or NoPaths(self.evidence)
         self._paths = self._passing or own
         self._now_ns = self.evidence.info.started.ns
 
@@ -144,17 +144,17 @@ class LoggedWorld:
         if self._tags is not None and seeking is not None:
             if self._as_recorded and number in self.evidence.seen_on_moves:
                 return self._turned(self._tags, location, metres, self.evidence.seen_on_moves[number])
-            seen, before = self._ways_seen.get((here, location)), self.knowledge
+            seen, before = self._legs_seen.get((here, location)), self.knowledge
             if seen is not None and not any(before.knows(one.item) for one in seen.items):
                 return self._turned(self._tags, location, metres, seen)
             self.moves_to_look.append(MoveToLook(before=before, move=Move(target=location, seeking=seeking)))
-        way = self._paths.path(here, location) or ()
+        path = self._paths.path(here, location) or ()
         self._now_ns += self._durations.move_ns(metres)
         if self._tags is not None and self.knowledge.travel is not self.evidence.travel:
             self.knowledge = replace(self.knowledge, travel=self.evidence.travel)
         self.knowledge = self.knowledge.moved(location)
         support = LOGGED if (here, location) in self.evidence.walked else IMPLIED
-        return ActionDone(start_ns=start, end_ns=self._now_ns, travel_m=metres, path=way, support=support)
+        return ActionDone(start_ns=start, end_ns=self._now_ns, travel_m=metres, path=path, support=support)
 
     def _walk(self, ways: SightPaths, move: Move) -> ActionDone | NotInLog | ActionRefused:
         """Go towards a location and see what is passed."""

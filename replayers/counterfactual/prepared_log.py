@@ -113,7 +113,7 @@ class PreparedLog:
         search_cache: the searches that strategies over this log have requested.
         searched: finished searches of the worlds, by what the strategies that share them have in common.
         paths: the paths between locations, each found once.
-        with_ways: whether runs over the log hold the paths walked and explain their decisions.
+        with_paths: whether runs over the log hold the paths walked and explain their decisions.
     """
 
     evidence: Evidence
@@ -127,7 +127,7 @@ class PreparedLog:
     place_sha256: str
     draws: str
     paths: Paths
-    with_ways: bool = True
+    with_paths: bool = True
     exact_beliefs: bool = True
     contradicting: tuple[ItemType, ...] = ()
     reproduction: Reproduction = field(default_factory=lambda: Reproduction(same=None))
@@ -166,11 +166,11 @@ class PreparedLog:
         return name is not None and name == canonical_name(self.evidence.info.strategy) and self.reproduction.whole
 
 
-def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -> PreparedLog:
+def prepare_log(run: Run, settings: ReplaySettings, *, with_paths: bool = True) -> PreparedLog:
     """Prepares a log.
 
     Args:
-        with_ways: whether runs over the log include the paths walked, and what their decisions were weighed against;
+        with_paths: whether runs over the log include the paths walked, and what their decisions were weighed against;
             only recordings and drawings need them.
 
     Raises:
@@ -209,8 +209,8 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         recorded=run.outcome,
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, drawer_of(estimator, settings)),
-        paths=evidence.place.paths() if with_ways else NoPaths(evidence),
-        with_ways=with_ways,
+        paths=evidence.place.paths() if with_paths else NoPaths(evidence),
+        with_paths=with_paths,
         exact_beliefs=not choice.rounded,
         contradicting=contradicting,
         reproduction=reproduction,

@@ -71,7 +71,7 @@ class Replay:
         true_cost, true_status: in the recorded truth, where it was asked for.
         drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
         events: of the run over the log alone; its decisions hold what their first steps need, and the alternatives
-            and the whole search order only where the log was prepared with ways.
+            and the whole search order only where the log was prepared with paths.
         if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
             task's types; where the log rounded them: the bounds of whoever believes the rounded ones; None where the
             bounds need no such condition.
@@ -152,7 +152,7 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
         return _not_reproduced(prepared, planner.name)
     prepared = replace(prepared, estimator=prepared.estimator_of(planner))  # also where the strategy is wrapped
     evidence, own = prepared.evidence, run_tree_of(prepared, planner)
-    alone = over_log_alone(prepared, planner if prepared.with_ways else own.planner)
+    alone = over_log_alone(prepared, planner if prepared.with_paths else own.planner)
     ended = _undetermined_if_contradicted(_ended(alone), prepared)
     first = _first_unobserved_look(prepared, own.planner) or ended
     found = _world_search(prepared, planner, own, first)
@@ -308,7 +308,7 @@ def _first_unobserved_look(prepared: PreparedLog, planner: Strategy) -> RunEnded
     if not prepared.evidence.misses and prepared.evidence.tags is None:
         return None
     again = prepared.is_driven_again(planner)
-    return _ended(_run(prepared, planner, LoggedWorld(prepared.evidence, with_ways=False, as_recorded=again)))
+    return _ended(_run(prepared, planner, LoggedWorld(prepared.evidence, with_paths=False, as_recorded=again)))
 
 
 def _undetermined_if_contradicted(ended: RunEnded, prepared: PreparedLog) -> RunEnded:

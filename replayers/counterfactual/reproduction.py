@@ -71,7 +71,7 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator, cache: SearchC
 def events_over(run: Run, evidence: Evidence, estimator: Estimator, planner: Strategy) -> Iterator[Event]:
     """What a planner does over a run's own log, of which it sees what was recorded and when; nothing takes time."""
     events = run_task(
-        LoggedWorld(evidence, with_ways=False, as_recorded=True),
+        LoggedWorld(evidence, with_paths=False, as_recorded=True),
         planner,
         estimator,
         evidence.task,

@@ -328,14 +328,14 @@ class RunTree:
 
     def _world_at(self, node: Node) -> LoggedWorld:
         return LoggedWorld(
-            self.evidence, with_ways=False, knowledge=node.knowledge, as_recorded=self._options.as_driven
+            self.evidence, with_paths=False, knowledge=node.knowledge, as_recorded=self._options.as_driven
         )
 
     def _walked(self, node: Node, walk: UnfinishedWalk) -> tuple[LoggedWorld, UnobservedLook | None, float]:
         """The world after the move that a node is on, what else comes into view on it, and its metres."""
         world = LoggedWorld(
             self.evidence,
-            with_ways=False,
+            with_paths=False,
             knowledge=walk.before,
             filling=lambda container, _: walk.contents_in_view.get(container),
         )

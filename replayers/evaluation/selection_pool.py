@@ -76,7 +76,7 @@ def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skipp
                 log = Path(folder) / f"{trial.strategy}.mcap"
                 record_trial(trial, log)
                 run = read(log)
-                prepared = prepare_log(run, plan.settings, with_ways=False)
+                prepared = prepare_log(run, plan.settings, with_paths=False)
                 if not seen:  # all begin alike
                     prior = _prior(prepared, plan.strategies)
                 replays = [

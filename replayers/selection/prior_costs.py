@@ -97,7 +97,7 @@ def _lacking(made: Replays, names: tuple[str, ...]) -> Mapping[str, Mapping[str,
 def _priors_of_log(unit: tuple[str, tuple[str, ...], ReplaySettings]) -> Mapping[str, Costs]:
     log, names, settings = unit
     try:
-        return prior_drawn(prepare_log(read(path_of(log)), settings, with_ways=False), names)
+        return prior_drawn(prepare_log(read(path_of(log)), settings, with_paths=False), names)
     except LiosError:  # already reported by its replays
         return {}
 

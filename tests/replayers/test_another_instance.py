@@ -115,7 +115,7 @@ def cost_with(kind: str, count: int, evidence: Evidence, planner: str, estimator
     def filling(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
         return inside
 
-    world = LoggedWorld(evidence, with_ways=False, filling=filling)
+    world = LoggedWorld(evidence, with_paths=False, filling=filling)
     options, seed = LoopOptions(stopwatch=zero_clock), evidence.info.seed
     run = run_task(
         world, strategy(planner), estimator, evidence.task, costs=evidence.costs, seed=seed, options=options
@@ -124,7 +124,7 @@ def cost_with(kind: str, count: int, evidence: Evidence, planner: str, estimator
 
 
 def bounds_over(evidence: Evidence, planner: str, estimator: Estimator, folder: Path) -> Bounds:
-    prepared = prepare_log(toy_run(folder), ReplaySettings(worlds=0), with_ways=False)
+    prepared = prepare_log(toy_run(folder), ReplaySettings(worlds=0), with_paths=False)
     settings = ReplaySettings(worlds=0, assumptions=Assumptions(unique=True))
     over = replace(prepared, evidence=evidence, estimator=estimator, settings=settings, search_cache=SearchCache())
     tree = run_tree_of(over, strategy(planner))

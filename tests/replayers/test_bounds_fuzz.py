@@ -204,7 +204,7 @@ def searched(case: Case, houses: Path, folder: Path, *, count: int, steps: int =
 
 
 def _climbed(log: Path, name: str, *, seed: int, steps: int) -> tuple[Bounds, Findings]:
-    prepared = prepare_log(read(log), ReplaySettings(worlds=50), with_ways=False)
+    prepared = prepare_log(read(log), ReplaySettings(worlds=50), with_paths=False)
     made = replay_on(prepared, name, origin=NameOrigin.USER)
     assert made.bounds is not None, made.reason
     return made.bounds, climb_both_ways(read_facts(log), name, made.bounds, np.random.default_rng(seed), steps=steps)

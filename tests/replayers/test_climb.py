@@ -17,7 +17,7 @@ LOG = Path(__file__).parents[2] / "logs" / "breakfast.mcap"
 
 def bounded(*, climb: int) -> Bounds:
     budget = Budget(segments=20, finish=0, climb=climb)
-    made = replay_on(prepare_log(read(LOG), ReplaySettings(worlds=5, budget=budget), with_ways=False), "pes-greedy")
+    made = replay_on(prepare_log(read(LOG), ReplaySettings(worlds=5, budget=budget), with_paths=False), "pes-greedy")
     assert made.bounds is not None
     return made.bounds
 

@@ -115,7 +115,7 @@ def one_run(
 @pytest.mark.parametrize("name", ["opt-greedy", "pes-greedy"])
 def test_no_run_costs_more_than_the_bound_of_any_state_on_its_way(name: str) -> None:
     """Over a log with 24 open containers, in worlds with little and with much in them."""
-    prepared = prepare_log(read(DELIVERIES), ReplaySettings(worlds=0), with_ways=False)
+    prepared = prepare_log(read(DELIVERIES), ReplaySettings(worlds=0), with_paths=False)
     tree, rng = run_tree_of(prepared, strategy(name)), np.random.default_rng(7)
     bound = NearestFirstBound(prepared.evidence, tree.relevance)
     loose = UpperBound(prepared.evidence, tree.traits)

@@ -39,7 +39,7 @@ TWO = task_of(AllOf(parts=(delivered(MUG, START), delivered(PENCIL, START))))
 
 @pytest.fixture(scope="module")
 def prepared() -> PreparedLog:
-    return prepare_log(read(DELIVERIES), ReplaySettings(worlds=0), with_ways=False)
+    return prepare_log(read(DELIVERIES), ReplaySettings(worlds=0), with_paths=False)
 
 
 def with_radii(evidence: Evidence, **radii: float) -> Evidence:

@@ -72,7 +72,7 @@ def test_every_segment_is_that_of_the_closed_loop(
     log: str, name: str, estimator: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = ReplaySettings(worlds=0, budget=FEW, estimator=estimator, estimator_origin=NameOrigin.USER)
-    prepared = prepare_log(read(LOGS / f"{log}.mcap"), settings, with_ways=False)
+    prepared = prepare_log(read(LOGS / f"{log}.mcap"), settings, with_paths=False)
     quick, loop = run_tree_of(prepared, strategy(name)), looped(prepared, name, monkeypatch)
     made, again = bounds_of(quick, budget=FEW), bounds_of(loop, budget=FEW)
     assert (made.lower, made.upper, made.groups) == (again.lower, again.upper, again.groups)

@@ -155,7 +155,7 @@ def test_what_was_taken_without_a_look_is_not_there_at_a_later_one(tmp_path: Pat
     run = recorded(tmp_path, FIND, "pes-greedy", chance=1.0, seed=0)
     evidence, phone = prepare_log(run, ReplaySettings(worlds=0)).evidence, item("CellPhone|1")
     pencil = item("Pencil|1")
-    world = LoggedWorld(evidence, with_ways=False, filling=lambda _, __: (pencil,))
+    world = LoggedWorld(evidence, with_paths=False, filling=lambda _, __: (pencil,))
     world.knowledge = world.knowledge.sighted(DESK, phone)
     assert isinstance(world.go_to(LocationId(DESK)), ActionDone)
     assert isinstance(world.pick(phone.id), ActionDone)

@@ -106,7 +106,7 @@ def test_a_search_that_began_otherwise_is_not_shared() -> None:
 
 def test_a_search_that_is_nearly_done_goes_on_beyond_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     """172 segments settle both ends; a budget of 130 would end at 128, with few branches left."""
-    prepared = prepare_log(read(LOGS / "deliver-3.mcap"), ReplaySettings(worlds=0), with_ways=False)
+    prepared = prepare_log(read(LOGS / "deliver-3.mcap"), ReplaySettings(worlds=0), with_paths=False)
     budget, planner = Budget(segments=130, finish=0), strategy("conditioned-lios")
     nearly = bounds_of(run_tree_of(prepared, planner), budget=budget)
     monkeypatch.setattr(branch_and_bound, "NEARLY_DONE", -1.0)

@@ -32,7 +32,7 @@ from workbench.tolerances import NEAR_COST
 
 Side = Literal["low", "high"]
 Branches = list[tuple[float, Node]]
-"""The nodes after a node, each with the cost of the way to it."""
+"""The nodes after a node, each with the cost from it."""
 
 NEARLY_DONE = 0.25
 """As a share of the budget: with fewer branches left that could cost most, it is worth going on."""
@@ -183,16 +183,16 @@ class BoundSearch:
     def _descend(self, side: Side | None) -> None:
         """Descends the branch that decides an end (or any that is not exhausted), expands its last node, and backs
         up."""
-        node, cost, way = self._tree.root, 0.0, list[Node]()
+        node, cost, path = self._tree.root, 0.0, list[Node]()
         while node in self._followed:
-            way.append(node)
+            path.append(node)
             branches = self._branches[node]
             if not branches:
                 break
             behind, node = self._choice(branches, side, cost)
             cost += behind
         self._expand(node)
-        for passed in reversed(way):
+        for passed in reversed(path):
             self._update_from_children(passed)
 
     def _branches_of(self, node: Node) -> Branches:

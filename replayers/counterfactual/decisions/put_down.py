@@ -36,13 +36,13 @@ UNFETCHED, DELIVERED = -1, -2
 
 
 def may_put_down(
-    metres: Floats, ways: Floats, begin: Indices, everywhere: Floats, *, manipulation: float, straight: float
+    metres: Floats, legs: Floats, begin: Indices, everywhere: Floats, *, manipulation: float, straight: float
 ) -> bool:
     """Whether a plan that puts something down on the way may be cheaper than all straight ones.
 
     Args:
         metres: between all places, shape (places, places); a symmetric metric.
-        ways: the least metres to an item and on to where it is wanted, from where the robot is and from where each of
+        legs: the least metres to an item and on to where it is wanted, from where the robot is and from where each of
             the items is wanted; shape (items + 1, items).
         begin: these places, shape (items + 1,).
         everywhere: lower bounds on the metres from every place to an item and on to where it is wanted, shape (items,
@@ -50,12 +50,12 @@ def may_put_down(
         manipulation: the cost of a pick or a place.
         straight: what the cheapest straight plan costs without its picks and places.
     """
-    items, again = ways.shape[1], 2 * manipulation
+    items, again = legs.shape[1], 2 * manipulation
     if items > MAX_ITEMS or len(metres) > MAX_PLACES - 3:
         return True
     ends = begin[1:]
-    errands = np.maximum((ways.T[:, :, None] - metres[begin][None]).max(axis=1), np.maximum(metres[ends], everywhere))
-    errands[:, begin] = ways.T
+    errands = np.maximum((legs.T[:, :, None] - metres[begin][None]).max(axis=1), np.maximum(metres[ends], everywhere))
+    errands[:, begin] = legs.T
     here, at = int(begin[0]), np.full(items, UNFETCHED)
     visits = (*_visits(1), *_visits(2), *_visits(3))
     carried = errands.min(axis=1)
