@@ -76,7 +76,7 @@ def ranked(scores: Floats, count: int | None = None, *, min_scale: float = MIN_S
     greater, less = in_order[:, :-1], in_order[:, 1:]
     slack = RELATIVE * np.minimum(np.maximum(min_scale, np.abs(greater)), MAX_SCALE)
     near = (greater > less) & (less >= greater - slack)
-    for row in near.any(axis=1).nonzero()[0]:
+    for row in np.flatnonzero(near.any(axis=1)):
         order[row] = _ranked_one_by_one(scores[row], min_scale)
     return order if count is None else order[:, :count]
 
