@@ -192,6 +192,21 @@ def test_where_nothing_is_missing_the_bound_is_what_a_shortest_plan_costs(tmp_pa
     assert met > len(_known_states(evidence)) / 2, "with an empty hand it is the plan's own cost"
 
 
+def test_what_was_delivered_is_not_fetched_for_another_part(tmp_path: Path) -> None:
+    task = task_of(AllOf(parts=(delivered("Mug", BED), delivered("Mug", COUNTER))))
+    evidence, planner = toy_evidence(tmp_path, task), strategy("opt-greedy")
+    most = UpperBound(evidence, SearchTraits(empty_handed=True, plans_shortest=True))
+    start = knowledge_at_start(evidence.place.plan, evidence.place.travel, {})
+    for done, at in ((COUNTER, TABLE), (COUNTER, FRIDGE), (COUNTER, DESK), (BED, TABLE), (BED, FRIDGE), (BED, DESK)):
+        both = start.seen(done, (item("Mug|1"),)).seen(at, (item("Mug|2"),))
+        for here in (START, DESK, done):
+            state = both.moved(LocationId(here))
+            view = View(
+                knowledge=state, belief=Even().believe(state, (MUG,)), task=task, costs=evidence.costs, budget_s=60.0
+            )
+            assert planner.decide(view).plan.cost <= most.direct_route_bound(state) + 1e-9
+
+
 def test_who_plans_shortest_is_known_by_its_solver() -> None:
     names = ("opt-greedy", "pes-lios", "model-lios", "scout-lios", "model-lios@sas-ff-astar2")
     assert [n for n in names if plans_shortest(strategy(n), TWO.goal)] == ["opt-greedy", "pes-lios", "model-lios"]

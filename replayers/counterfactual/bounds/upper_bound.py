@@ -166,10 +166,13 @@ class UpperBound:
 
     def _known_route(self, left: tuple[Delivered | Holding, ...], knowledge: Knowledge) -> float | None:
         """The cost of the cheapest order of deliveries, each straight from where an instance stands; what is in hand
-        is brought first. None where something is missing, or where that is not what is left to do."""
+        is brought first. None where something is missing, where that is not what is left to do, or where the goal
+        names a type twice: what was delivered of it is not to be fetched."""
         types = [part.item_type for part in left if isinstance(part, Delivered) and part.at in self._index]
         held, here = knowledge.holding, travel_row(knowledge, self._index, self._metres)
-        if len(types) < len(left) or len(set(types)) < len(types) or len(types) > MAX_ORDERED or here is None:
+        if len(types) < len(left) or len(types) > MAX_ORDERED or here is None:
+            return None
+        if any(self._wanted[t] > 1 for t in types):
             return None
         if not self._all_known(left, knowledge) or (held is not None and held.type not in types):
             return None
