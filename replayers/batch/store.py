@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # stored replays are read without importing what makes them
     from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings
     from replayers.counterfactual.replay import Replay
 
-RECORD_VERSION = 5
+RECORD_VERSION = 6
 SUFFIX = ".replay.json"
 
 

@@ -9,6 +9,7 @@ import hashlib
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from math import inf
+from types import MappingProxyType
 
 import numpy as np
 
@@ -33,13 +34,14 @@ from workbench.beliefs.memory.move_rates import MoveRates, shipped_rates
 from workbench.caches import Cache
 from workbench.errors import Unsupported
 from workbench.log_schema.events import GroundTruth, Outcome
-from workbench.log_schema.place import place_to_json
+from workbench.log_schema.place import Place, place_to_json
 from workbench.planning.actions import relevant_types
 from workbench.planning.scenarios.added_items import believe_scenario_items
 from workbench.planning.strategies import canonical_name
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
-from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import START, ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
 from workbench.worlds.travel import Paths
 
@@ -108,7 +110,7 @@ class PreparedLog:
         reproduction: whether the recorded strategy does with these beliefs what was recorded.
         claims: whether a replay says anything: not where the recorded strategy does something else, unless other
             beliefs than the run's were asked for.
-        place_sha256: the plan and its travel costs, hashed.
+        place_sha256: the plan and its travel costs, hashed, whatever the place where the run started.
         draws: names the drawn worlds; only replays with the same draws are paired.
         search_cache: the searches that strategies over this log have requested.
         searched: finished searches of the worlds, by what the strategies that share them have in common.
@@ -207,7 +209,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_paths: bool = True) 
         truth=house_from_truth(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
         settings=settings,
         recorded=run.outcome,
-        place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
+        place_sha256=house_sha256(run.place),
         draws=_draws(evidence, settings, drawer_of(estimator, settings)),
         paths=evidence.place.paths() if with_paths else NoPaths(evidence),
         with_paths=with_paths,
@@ -225,6 +227,23 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_paths: bool = True) 
         return replace(prepared, worlds=_sample_worlds(prepared, types))
     except NotAnswered as error:
         return replace(prepared, notes=(*prepared.notes, f"no estimate: {error}"))
+
+
+def house_sha256(place: Place) -> str:
+    """The plan and its travel costs, hashed: a robot that starts elsewhere is in the same house."""
+    names = place.travel.locations
+    kept = [i for i, name in enumerate(names) if name != START]
+    house = replace(
+        place,
+        plan=replace(place.plan, start=Pose(x_m=0.0, y_m=0.0)),
+        travel=replace(
+            place.travel,
+            locations=tuple(names[i] for i in kept),
+            metres=place.travel.metres[np.ix_(kept, kept)],
+        ),
+        standing=MappingProxyType({at: pose for at, pose in place.standing.items() if at != START}),
+    )
+    return hashlib.sha256(place_to_json(house)).hexdigest()
 
 
 def _notes(

@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from sample_logs import toy_place
 from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import InOrder, simulated_log
 from toy_replays import kept
@@ -18,8 +19,11 @@ from replayers.batch.replay_rows import pair_rows
 from replayers.batch.store import (
     write_replay,
 )
+from replayers.counterfactual.prepared_log import house_sha256
 from replayers.counterfactual.results import Assignment
 from workbench.cli import run as lios
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import START
 
 
 def test_by_hand_a_difference_in_the_same_world(tmp_path: Path) -> None:
@@ -86,6 +90,23 @@ def test_pairs_count_certain_wins_and_cluster_by_house(tmp_path: Path) -> None:
     assert pairs[0].drawn.clusters == 2
     assert changed_houses([quick, *elsewhere]) == ("toy",)
     assert changed_houses([quick, slow]) == ()
+
+
+def test_a_robot_that_starts_elsewhere_is_in_the_same_house() -> None:
+    place, metres = toy_place(), toy_place().travel.metres.copy()
+    first = place.travel.index(START)
+    metres[first] += 1.0
+    metres[:, first] += 1.0
+    metres[first, first] = 0.0
+    from_there = replace(
+        place,
+        plan=replace(place.plan, start=Pose(x_m=7.0, y_m=7.0)),
+        travel=replace(place.travel, metres=metres),
+        standing={**place.standing, START: Pose(x_m=7.0, y_m=7.0)},
+    )
+    assert house_sha256(from_there) == house_sha256(place)
+    metres[first - 1, first - 2] += 1.0
+    assert house_sha256(replace(place, travel=replace(place.travel, metres=metres))) != house_sha256(place)
 
 
 def test_parts_of_one_run_are_no_six_logs(tmp_path: Path) -> None:
