@@ -45,6 +45,14 @@ def test_in_80_columns_names_and_numbers_are_whole(
     assert "--wide shows every column" in err
 
 
+@pytest.mark.parametrize("title", ["24 houses", "a [b] of " + "many words " * 15 + "end"])
+def test_the_title_is_one_line_without_trailing_blanks(title: str, capsys: pytest.CaptureFixture[str]) -> None:
+    emit_table([ROW], title=title)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == title
+    assert [line for line in lines if line != line.rstrip()] == []
+
+
 def test_wide_leaves_nothing_out(terminal: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     with wide_tables():
         emit_table([ROW])

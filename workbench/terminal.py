@@ -101,7 +101,9 @@ def emit_table(
     kept, first_out = list(shown), [shown[names.index(name)] for name in minor if name in names]
     while len(kept) > MIN_COLUMNS and not _wide.get() and not _fits(kept, console.width):
         kept.remove(first_out.pop(0) if first_out else kept[-1])
-    console.print(_table(kept, title, console.width))
+    if title:  # a title of rich's own table would be padded with blanks to the table's width
+        console.print(escape(_as_text(title)), style="italic", highlight=False, soft_wrap=not console.is_terminal)
+    console.print(_table(kept, console.width))
     if len(kept) < len(shown):
         left_out = ", ".join(column.heading for column in shown if column not in kept)
         say(f"Not shown, for lack of space: {left_out}. {WIDE} shows every column.")
@@ -179,7 +181,7 @@ def _fits(columns: Sequence[_Column], width: int) -> bool:
     return sum(column.least() for column in columns) <= width - 2 * len(columns) + 2
 
 
-def _table(columns: Sequence[_Column], title: str, width: int) -> Table:
+def _table(columns: Sequence[_Column], width: int) -> Table:
     """The first layout that fits the width: with column separators, without them, with broken words."""
     rules: box.Box | None = box.HEAVY_HEAD
     room, least = width - 3 * len(columns) - 1, [column.least() for column in columns]
@@ -188,7 +190,7 @@ def _table(columns: Sequence[_Column], title: str, width: int) -> Table:
         tries = ([column.least(longest) for column in columns] for longest in (None, *UNBROKEN_WORD_LENGTHS))
         least = next((some for some in tries if sum(some) <= room), [1] * len(columns))
     widths = _widths(columns, least, room)
-    table = Table(title=title or None, title_justify="left", box=rules, pad_edge=rules is not None)
+    table = Table(box=rules, pad_edge=rules is not None)
     for column, widest in zip(columns, widths, strict=True):
         justify = "right" if column.numeric else "left"
         table.add_column(escape(column.heading), justify=justify, overflow="fold", width=widest)
