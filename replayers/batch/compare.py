@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from workbench.tolerances import NEAR_COST
 
 MAX_PAIRS = 1_000_000
 """Pairs of groups of worlds; beyond this, the overall bounds are subtracted instead."""
+
+MAX_NAMED = 4
+"""Logs of one run that a message names."""
 
 WINS, LOSES, EQUAL, UNDECIDED = "wins", "loses", "equal", "undecided"
 
@@ -157,19 +161,34 @@ class RunInSeveralLogs:
 
     Attributes:
         run_id, logs: which run, and from which logs.
-        kept: the log that counts for it, where all of them say the same; None where they do not, and none counts.
+        kept: the log that counts for it: one that holds the whole run, or any where all say the same; None where logs
+            contradict each other, and none counts.
+        incomplete: logs that lack something that `kept` holds, such as a copy that was cut off, and what.
     """
 
     run_id: str
     logs: tuple[str, ...]
     kept: str | None
+    incomplete: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def words(self) -> str:
+        """How the duplicate was resolved."""
+        lacking = dict(self.incomplete)
+        same = [log for log in self.logs if log not in lacking]
+        if self.kept is None:
+            return f"{_names(same)} are of one run and say different things, as parts of a split log do"
+        told = [f"{_names(same)} are of one run and say the same; it counts once"] if len(same) > 1 else []
+        whole = f"is of the run that {_names([self.kept])} holds whole"
+        return "; ".join([*told, *(f"{_names([log])} {whole} ({why})" for log, why in lacking.items())])
 
 
 def runs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...], tuple[RunInSeveralLogs, ...]]:
     """Replays in which no run counts twice, and how duplicates were resolved.
 
     A part of a split log holds but a part of what the run showed: replays of parts contradict each other, and their
-    number is no number of runs. Copies (compressed, filtered, or under another name) that say the same count once.
+    number is no number of runs. Copies (compressed, filtered, or under another name) that say the same count once,
+    and so does a whole log beside copies that lack something, such as the end.
     """
     listed, same_bytes = _logs_once(records)
     by_run: dict[tuple[str, ...], dict[str, list[StoredReplay]]] = {}
@@ -178,17 +197,32 @@ def runs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...]
         by_run.setdefault(run, {}).setdefault(r.sha256, []).append(r)
     left_out: set[str] = set()
     several: list[RunInSeveralLogs] = list(same_bytes)
-    for (run_id, *_), logs in by_run.items():
-        if len(logs) == 1:
-            continue
-        first = next(iter(logs))
-        kept = first if all(_say_the_same(logs[first], other) for other in logs.values()) else None
-        left_out |= {sha256 for sha256 in logs if sha256 != kept}
-        paths = tuple(dict.fromkeys(group[0].log for group in logs.values()))
-        several.append(
-            RunInSeveralLogs(run_id=run_id, logs=paths, kept=logs[first][0].log if kept is not None else None)
-        )
+    for logs in by_run.values():
+        if len(logs) > 1:
+            kept, duplicate = _one_of(logs)
+            left_out |= {sha256 for sha256 in logs if sha256 != kept}
+            several.append(duplicate)
     return tuple(r for r in listed if r.sha256 not in left_out), tuple(several)
+
+
+def _one_of(logs: dict[str, list[StoredReplay]]) -> tuple[str | None, RunInSeveralLogs]:
+    """The log that counts for a run, by its hash, and what became of the others."""
+    whole = {sha256: group for sha256, group in logs.items() if _is_whole(group[0])}
+    candidates = whole or logs
+    first = next(iter(candidates))
+    kept = first if all(_say_the_same(logs[first], other) for other in candidates.values()) else None
+    incomplete = [group[0] for sha256, group in logs.items() if kept is not None and whole and sha256 not in whole]
+    return kept, RunInSeveralLogs(
+        run_id=logs[first][0].run_id,
+        logs=tuple(dict.fromkeys(group[0].log for group in logs.values())),
+        kept=logs[first][0].log if kept is not None else None,
+        incomplete=tuple((r.log, "; ".join(r.lost) or "its end is missing") for r in incomplete),
+    )
+
+
+def _is_whole(r: StoredReplay) -> bool:
+    """Whether the log of a replay holds its run from start to end."""
+    return r.complete_log and not r.lost
 
 
 def _logs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...], tuple[RunInSeveralLogs, ...]]:
@@ -211,6 +245,11 @@ def _say_the_same(a: Sequence[StoredReplay], b: Sequence[StoredReplay]) -> bool:
     first, second = ({r.strategy: (r.status, r.bounds) for r in group} for group in (a, b))
     common = first.keys() & second.keys()
     return bool(common) and all(first[name] == second[name] for name in common)
+
+
+def _names(logs: Sequence[str]) -> str:
+    more = f" and {len(logs) - MAX_NAMED} more" if len(logs) > MAX_NAMED else ""
+    return ", ".join(Path(log).name for log in logs[:MAX_NAMED]) + more
 
 
 def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:

@@ -78,7 +78,7 @@ def compare(
     if not found:
         raise MalformedFile(folder, "no replays in this folder", "Make some: lios replay LOG... -o DIR")
     if not records:
-        raise MalformedFile(folder, _not_counted(several[0]), JOIN)
+        raise MalformedFile(folder, several[0].words, JOIN)
     pairs = compared(records, rng=np.random.default_rng(seed))
     judged = [judge(claim, pairs, replayed=[record.strategy for record in records]) for claim in claims]
     met = tuple(pair for pair in pairs if match.lower() in f"{pair.a} {pair.b}".lower())
@@ -104,7 +104,7 @@ def compare(
     if json:
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
                    "not_reproduced": unlike,
-                   "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
+                   "runs_in_several_logs": [_several(run) for run in several],
                    "imagined_logs": imagined, "corrected": corrected, "lost": lost.lost, "cut_off": lost.cut_off,
                    "breakdowns": [asdict(one) for one in survived],
                    "skipped": [str(error) for error in skipped],
@@ -116,7 +116,7 @@ def compare(
     for line in in_words(survived):
         say(line)
     for run in several:
-        say(f"note: {_not_counted(run)}" + ("" if run.kept else f". {JOIN}"))
+        say(f"note: {run.words}" + ("" if run.kept else f"; they are left out. {JOIN}"))
     if imagined:
         say(f"note: {counted(len(imagined), 'log')} of imagined worlds: what lies in some containers is imputed, "
             f"nobody saw it: {_names(imagined)}")  # fmt: skip
@@ -162,12 +162,9 @@ def _claim(judgement: Judgement) -> dict[str, Any]:
     }
 
 
-def _not_counted(run: RunInSeveralLogs) -> str:
-    """What was done about a run that would count more than once."""
-    names = _names(run.logs)
-    if run.kept is not None:
-        return f"{names} are of one run and say the same; it counts once"
-    return f"{names} are of one run and say different things, as parts of a split log do; they are left out"
+def _several(run: RunInSeveralLogs) -> dict[str, Any]:
+    incomplete = [{"log": log, "lacks": lacks} for log, lacks in run.incomplete]
+    return {"run_id": run.run_id, "logs": run.logs, "kept": run.kept, "incomplete": incomplete}
 
 
 def _no_pair(records: Sequence[StoredReplay]) -> str:

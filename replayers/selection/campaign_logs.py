@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from replayers.batch.compare import RunInSeveralLogs, runs_once
+from replayers.batch.compare import runs_once
 from replayers.batch.replays import Replays
 from replayers.batch.store import StoredReplay
 from replayers.runs.run import read
@@ -74,7 +74,7 @@ def trial_groups(replays: Replays, strategies: Sequence[str], by: GroupBy) -> Tr
     """The replayed logs as trials in groups. A run that is in several logs counts once; logs of replays count for
     nothing, since nobody drove them."""
     kept, several = runs_once(replays)
-    left_out = [_several(s) for s in several]
+    left_out = [s.words if s.kept else f"{s.words}; join them (lios log merge)" for s in several]
     by_log: dict[str, list[StoredReplay]] = {}
     for record in kept:
         by_log.setdefault(record.sha256, []).append(record)
@@ -123,10 +123,3 @@ def _group(key: tuple[str, ...], rows: list[tuple[int, Path, str, TrialCosts, li
         logs=tuple(path for _, path, _, _, _ in rows),
         broke=broke,
     )
-
-
-def _several(run: RunInSeveralLogs) -> str:
-    names = ", ".join(Path(log).name for log in run.logs)
-    if run.kept is not None:
-        return f"{names} are of one run and say the same: it counts once"
-    return f"{names} are of one run and say different things: they are left out; join the parts (lios log merge)"

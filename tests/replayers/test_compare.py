@@ -125,6 +125,47 @@ def test_parts_of_one_run_are_no_six_logs(tmp_path: Path) -> None:
     assert runs_once([whole, other]) == ((whole, other), ())
 
 
+def test_a_whole_log_counts_beside_copies_that_lack_something(tmp_path: Path) -> None:
+    whole = kept(InOrder((TABLE, COUNTER), name="quick"), tmp_path)
+    assert whole.bounds is not None
+    less = replace(whole.bounds, lower=whole.bounds.lower - 1)
+    as_whole = msgspec.structs.replace(whole, log="runs/whole.mcap", complete_log=True, lost=())
+    cut = msgspec.structs.replace(as_whole, sha256="cut", log="runs/cut.mcap", bounds=less, complete_log=False)
+    last = msgspec.structs.replace(as_whole, sha256="last", log="runs/last.mcap", lost=("2 actions",))
+    records, (run,) = runs_once([cut, as_whole, last])
+    assert records == (as_whole,)
+    assert run.kept == as_whole.log
+    assert dict(run.incomplete) == {"runs/cut.mcap": "its end is missing", "runs/last.mcap": "2 actions"}
+    assert run.words == (
+        "cut.mcap is of the run that whole.mcap holds whole (its end is missing); "
+        "last.mcap is of the run that whole.mcap holds whole (2 actions)"
+    )
+    records, (run,) = runs_once([cut, last])
+    assert records == ()
+    assert run.kept is None
+    assert run.words == "cut.mcap, last.mcap are of one run and say different things, as parts of a split log do"
+    copy = msgspec.structs.replace(as_whole, sha256="copy", log="runs/copy.mcap")
+    assert runs_once([cut, as_whole, copy])[0] == (as_whole,)
+    unlike = msgspec.structs.replace(copy, bounds=less)
+    assert runs_once([cut, as_whole, unlike])[0] == (), "two logs that claim to be whole contradict each other"
+
+
+def test_a_cut_off_copy_takes_no_trial_away(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = simulated_log(tmp_path / "logs" / "run.mcap")
+    whole = log.read_bytes()
+    (tmp_path / "logs" / "cut.mcap").write_bytes(whole[: int(len(whole) * 0.4)])
+    made = str(tmp_path / "made")
+    few = ["-s", "opt-greedy,pes-greedy", "--worlds", "0"]
+    assert lios(["select", str(log.parent), *few, "-o", made, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [group["logs"] for group in answer["groups"]] == [[str(log)]]
+    (left_out,) = answer["left_out"]
+    assert left_out.startswith("cut.mcap is of the run that run.mcap holds whole (it was cut off inside a record")
+    assert lios(["compare", made, "--json"]) == 0
+    (run,) = json.loads(capsys.readouterr().out)["runs_in_several_logs"]
+    assert (run["kept"], [one["log"] for one in run["incomplete"]]) == (str(log), [str(log.parent / "cut.mcap")])
+
+
 def test_logs_of_one_place_draw_logs_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "kept"
     for planner in (InOrder((TABLE, COUNTER), name="quick"), InOrder((BED, DESK, TABLE, COUNTER), name="slow")):

@@ -137,7 +137,7 @@ def test_copies_of_a_log_are_replayed_under_their_own_names(
     assert cli.run(["select", *whole, "-s", "opt-greedy,pes-lios", "--worlds", "0", "-j", workers]) == 0
     told = capsys.readouterr()
     assert "2 trials in 1 place" in told.out + told.err
-    assert "1.mcap, 2.mcap are of one run and say the same: it counts once" in told.err
+    assert "1.mcap, 2.mcap are of one run and say the same; it counts once" in told.err
     (tmp_path / "1.mcap").rename(tmp_path / "5.mcap")
     again = _json([*of, "-o", str(tmp_path / "out")], capsys, code=0)["rows"]
     assert {Path(row["log"]).name for row in again} == {"0.mcap", "2.mcap", "3.mcap", "4.mcap", "5.mcap"}

@@ -173,7 +173,7 @@ def test_a_copy_under_another_name_is_no_further_trial(capsys: pytest.CaptureFix
     answer = selected(capsys, FINDS[0], str(tmp_path / "again.mcap"))
     (group,) = answer["groups"]  # type: ignore[misc]
     assert len(group["logs"]) == 1
-    assert answer["left_out"] == ["find-greedy.mcap, again.mcap are of one run and say the same: it counts once"]
+    assert answer["left_out"] == ["find-greedy.mcap, again.mcap are of one run and say the same; it counts once"]
 
 
 def test_a_horizon_that_has_passed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
