@@ -4,8 +4,8 @@ Strategies differ by a few per cent while tasks differ by far more, so after som
 are mostly noise. Worlds drawn at the start of each trial (prior_costs.py) give the same means almost without that
 noise, but with an error of their own: the beliefs are not the truth. Both are weighed by their variances, as by Efron
 and Morris ("Stein's estimation rule and its competitors", Journal of the American Statistical Association 68, 1973):
-the error of the priors is taken to be PRIOR_ERROR of the mean cost, and more where the trials differ from them by
-more than STANDARD_ERRORS, so that beliefs that are far off are soon left behind.
+the error of a strategy's prior is taken to be PRIOR_ERROR of the mean cost, and more where its trials differ from it
+by more than STANDARD_ERRORS, so that a prior that is far off is soon left behind, however many others are right.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def shrunk_means(means: Floats, trials: Sequence[TrialCosts]) -> Floats:
     return share * means + (1 - share) * (expected - expected.mean() + means.mean())
 
 
-def trials_share(costs: Floats, priors: Floats, drawn_variance: float) -> float:
-    """How much the trials count beside their priors, in 0..1.
+def trials_share(costs: Floats, priors: Floats, drawn_variance: float) -> Floats:
+    """How much the trials count beside their priors for each strategy, in 0..1, shape (K,).
 
     Args:
         costs, priors: expected costs and prior means of the same trials, shape (trials, K).
@@ -54,9 +54,8 @@ def trials_share(costs: Floats, priors: Floats, drawn_variance: float) -> float:
     apart = costs - priors
     apart = apart - apart.mean(axis=1, keepdims=True)
     error = apart.mean(axis=0)
-    within = float(((apart - error) ** 2).mean(axis=1).sum())
+    within = ((apart - error) ** 2).sum(axis=0)
     noise = (PRIOR_TRIALS * drawn_variance + within) / (PRIOR_TRIALS + count - 1) / count
-    prior_noise = max(
-        (PRIOR_ERROR * float(priors.mean())) ** 2, float((error**2).mean()) - STANDARD_ERRORS**2 * noise
-    )
-    return prior_noise / (prior_noise + noise) if prior_noise + noise > 0 else 1.0
+    prior_noise = np.maximum((PRIOR_ERROR * float(priors.mean())) ** 2, error**2 - STANDARD_ERRORS**2 * noise)
+    both = prior_noise + noise
+    return np.divide(prior_noise, both, out=np.ones_like(both), where=both > 0)

@@ -35,7 +35,9 @@ def test_the_first_of_equal_costs_is_taken_and_a_chain_of_near_ties_does_not_dri
     assert first_of_least(["b", "a"], {"a": 1.0, "b": 1.0 + BIT}.__getitem__) == "b"
     assert by_cost(["c", "b", "a"], {"a": 2.0, "b": 1.0 + BIT, "c": 1.0}.__getitem__) == ["c", "b", "a"]
     assert by_cost([1.0, np.inf, 0.5], float) == [0.5, 1.0, np.inf]
-    assert ranked(np.array([[-np.inf, 1.0, np.inf, -np.inf, np.inf, 1e300]])).tolist() == [[2, 4, 5, 1, 0, 3]]
+    assert ranked(np.array([[-np.inf, 1.0, np.inf, -np.inf, np.inf, 1e300, -1e300]])).tolist() == [
+        [2, 4, 5, 1, 6, 0, 3]
+    ]
     assert tolerance(0.5) == RELATIVE
     assert tolerance(-200.0) == pytest.approx(200 * RELATIVE)
 

@@ -20,9 +20,6 @@ from workbench.tolerances import MIN_SCALE, RELATIVE
 
 T = TypeVar("T")
 
-MAX_SCALE = float(np.finfo(np.float64).max)
-"""Tolerances of infinite costs are finite: nothing finite is equal to them."""
-
 
 def tolerance(scale: float, *, min_scale: float = MIN_SCALE) -> float:
     """What two costs of that size may differ by and still be equal."""
@@ -73,10 +70,10 @@ def ranked(scores: Floats, count: int | None = None, *, min_scale: float = MIN_S
     """
     order = np.argsort(-scores, axis=1, kind="stable")
     in_order = scores[np.arange(len(scores))[:, None], order]
-    greater, less = in_order[:, :-1], in_order[:, 1:]
-    slack = RELATIVE * np.minimum(np.maximum(min_scale, np.abs(greater)), MAX_SCALE)
-    near = (greater > less) & (less >= greater - slack)
-    for row in np.flatnonzero(near.any(axis=1)):
+    slack = RELATIVE * np.maximum(min_scale, np.abs(in_order[:, :-1]))
+    with np.errstate(invalid="ignore"):  # infinite less infinite
+        gap = in_order[:, :-1] - in_order[:, 1:]
+    for row in np.flatnonzero(((gap > 0) & (gap <= slack)).any(axis=1)):
         order[row] = _ranked_one_by_one(scores[row], min_scale)
     return order if count is None else order[:, :count]
 
