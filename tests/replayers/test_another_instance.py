@@ -15,6 +15,7 @@ from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Bounds
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.world_search import search_worlds
 from replayers.counterfactual.decisions.another_instance import with_another
+from replayers.counterfactual.decisions.memoized_strategy import MemoizedStrategy, StateKey
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
@@ -26,9 +27,10 @@ from replayers.counterfactual.tree.put_downs import destinations, is_put_down
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.execution.loop import LoopOptions, outcome_of, run_task
 from workbench.planning.actions import relevant_types
-from workbench.planning.plans import PlanStep
+from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategies import strategy
-from workbench.planning.tasks import AllOf, Delivered, Goal, Holding
+from workbench.planning.strategy import Decision, View
+from workbench.planning.tasks import AllOf, Delivered, Goal, Holding, Task
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import START, ContainerId, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
@@ -186,6 +188,41 @@ def test_another_is_thought_of_only_where_one_was_taken_that_still_matters(kitch
     logged = ContainerId("Shelf|4")
     knife = start.moved(LocationId(logged)).seen(logged, kitchen.contents[logged]).picked(thing("Knife", 0))
     assert thought_of(knife.moved(START)) == []
+
+
+class Tidies:
+    """Picks up what was delivered first, as a planner may where that costs nothing."""
+
+    name = "tidies"
+
+    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
+        return relevant_types(task.goal)
+
+    def decide(self, view: View) -> Decision:
+        (at, item), *_ = view.knowledge.where(ItemType("Mug"))
+        step = PlanStep(action="pick", origin=at, target=at, item_types=(item.type,), items=(item.id,))
+        return Decision(plan=Plan(status=PlanStatus.SOLVED, steps=(step,)))
+
+
+@pytest.mark.parametrize("handle", [0.0, 0.5])
+def test_a_plan_that_handles_what_no_longer_matters_is_not_another_historys(
+    delivery: Evidence, handle: float
+) -> None:
+    relevance = relevance_of(delivery, relevant_types(GOAL), Assumptions())
+    asked = MemoizedStrategy(Tidies(), StateKey(relevance, static_beliefs=True), watch=False)
+    start = knowledge_at_start(delivery.place.plan, delivery.place.travel, {})
+    named = []
+    for number in (0, 1):
+        knowledge = start.seen(ContainerId("Shelf|6"), (thing("Mug", number),))
+        view = View(
+            knowledge=knowledge,
+            belief=Fixed().believe(knowledge, ()),
+            task=delivery.task,
+            costs=ActionCosts(search=0.0, manipulation=handle),
+            budget_s=1.0,
+        )
+        named.append(asked.decide(view).plan.steps[0].items)
+    assert named == ([("Mug|0",), ("Mug|1",)] if handle == 0.0 else [("Mug|0",), ("Mug|0",)])
 
 
 def test_what_counts_as_put_down_on_the_way() -> None:

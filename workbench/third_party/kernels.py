@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from pickle import UnpicklingError
 from typing import Any, TypeVar, cast
 
 import numba
@@ -58,8 +59,10 @@ class _LoadedFirst(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         rtsys.initialize(target_context)
-        with self._guard_against_spurious_io_errors():
-            found = self._load_overload(sig, target_context)
-            if found is not None:
-                return found
-        return super().load_overload(sig, target_context)
+        try:
+            with self._guard_against_spurious_io_errors():
+                found = self._load_overload(sig, target_context)
+        except (EOFError, UnpicklingError):  # a file that was cut off
+            self.flush()
+            found = None
+        return found if found is not None else super().load_overload(sig, target_context)

@@ -86,7 +86,7 @@ class MemoizedStrategy:
         self._key = key
         self._key_of_all = replace(key, needed=None)
         self._watch = watch
-        self._made: Cache[Hashable, tuple[Decision, Read, bool]] = Cache(MAX_CACHED_DECISIONS)
+        self._made: Cache[Hashable, tuple[Decision, Read, bool, bool]] = Cache(MAX_CACHED_DECISIONS)
         self._apart: Cache[Hashable, tuple[Decision, Read]] = Cache(MAX_CACHED_DECISIONS)
         self.basis: DecisionBasis | None = None
         self.ambiguous = False
@@ -99,16 +99,24 @@ class MemoizedStrategy:
         return self._strategy.relevant_types(task)
 
     def decide(self, view: View) -> Decision:
-        made, read, clear = self._made.get(self._key(view.knowledge), lambda: self._decide(view))
+        made, read, clear, by_key = self._made.get(self._key(view.knowledge), lambda: self._decide(view))
         if not clear:
             self.ambiguous = True
             made, read = self._apart.get(self._key_of_all(view.knowledge), lambda: self._ask(view))
+        elif not by_key:
+            made, read = self._ask(view)
         self.basis = DecisionBasis(view=view, read=read)
         return made
 
-    def _decide(self, view: View) -> tuple[Decision, Read, bool]:
+    def _decide(self, view: View) -> tuple[Decision, Read, bool, bool]:
+        """A decision, what it read, whether only one plan is best, and whether the key holds all items that it
+        names: where manipulations cost nothing, a plan may handle what no longer matters."""
         needed = self._key.needed
-        return *self._ask(view), needed is None or needed.one_plan_is_best(view.knowledge)
+        made, read = self._ask(view)
+        clear = needed is None or needed.one_plan_is_best(view.knowledge)
+        live = self._key.relevance.live_and_shown(view.knowledge)
+        by_key = view.costs.manipulation > 0 or all(t in live for step in made.plan.steps for t in step.item_types)
+        return made, read, clear, by_key
 
     def _ask(self, view: View) -> tuple[Decision, Read]:
         return decide_watched(self._strategy, view) if self._watch else (self._strategy.decide(view), ())

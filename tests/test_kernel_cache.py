@@ -1,0 +1,35 @@
+"""Compiled functions on disk: a file that was cut off is compiled again."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+MODULE = """
+from workbench.third_party.kernels import kernel
+
+@kernel()
+def doubled(x):
+    return 2.0 * x
+
+print(doubled(21.0), sum(doubled.stats.cache_hits.values()))
+"""
+
+
+def told(folder: Path) -> list[str]:
+    command = [sys.executable, str(folder / "doubling.py")]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout.split()
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_file_that_was_cut_off_is_made_again(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    (tmp_path / "doubling.py").write_text(MODULE)
+    assert [told(tmp_path), told(tmp_path)] == [["42.0", "0"], ["42.0", "1"]]
+    (kept,) = (tmp_path / "cache").rglob(f"*.{suffix}")
+    kept.write_bytes(kept.read_bytes()[: 0 if suffix == "nbi" else 40])
+    assert [told(tmp_path), told(tmp_path)] == [["42.0", "0"], ["42.0", "1"]]
