@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Annotated
 
 from workbench.parameters import Option
+from workbench.worlds.shipped import house_file
 
 Houses = Annotated[
-    Path | None, Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
+    Path | None,
+    Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.", file=house_file),
 ]
 Split = Annotated[str, Option("--split", help="train, validation, test or all; a file without splits is used whole.")]
 Assets = Annotated[Path | None, Option("--assets", help="Asset table (CSV) with exact sizes.")]
@@ -26,7 +28,9 @@ FoldCount = Annotated[
 ]
 AlsoLearnt = Annotated[
     list[Path] | None,
-    Option("--also", help="With --folds: further training houses that are not evaluated; repeatable."),
+    Option(
+        "--also", help="With --folds: further training houses that are not evaluated; repeatable.", file=house_file
+    ),
 ]
 MemoryLogs = Annotated[
     list[Path] | None,

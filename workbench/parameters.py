@@ -37,15 +37,24 @@ class Option:
             any it is the parameter's name, and a switch has both ways.
         help: the sentence in the command's help.
         min, max: the range of a number, ends included.
+        file: the file that a path means, where some names stand for files elsewhere.
     """
 
     spellings: tuple[str, ...]
     help: str
     min: float | None
     max: float | None
+    file: Callable[[Path], Path] | None
 
-    def __init__(self, *spellings: str, help: str = "", min: float | None = None, max: float | None = None) -> None:
-        for name, value in (("spellings", spellings), ("help", help), ("min", min), ("max", max)):
+    def __init__(
+        self,
+        *spellings: str,
+        help: str = "",
+        min: float | None = None,
+        max: float | None = None,
+        file: Callable[[Path], Path] | None = None,
+    ) -> None:
+        for name, value in (("spellings", spellings), ("help", help), ("min", min), ("max", max), ("file", file)):
             object.__setattr__(self, name, value)
 
 
@@ -144,7 +153,8 @@ def _parameter(given: inspect.Parameter, hint: Any) -> click.Parameter:
     if kind is bool:
         attributes["is_flag"] = True
     else:
-        attributes |= {"type": _type(given.name, kind, how.min, how.max), "multiple": several}
+        value = _type(given.name, kind, how.min, how.max) if how.file is None else _LocalPath(how.file)
+        attributes |= {"type": value, "multiple": several}
     plain = given.name.replace("_", "-")
     spellings = how.spellings or (f"--{plain}/--no-{plain}" if kind is bool else f"--{plain}",)
     if kind is str and not KIND_OF_OPTION.keys().isdisjoint(spellings):
@@ -191,14 +201,15 @@ class _PathOrAddress(click.Path):
 class _LocalPath(click.Path):
     """A path of this machine."""
 
-    def __init__(self) -> None:
+    def __init__(self, file: Callable[[Path], Path] | None = None) -> None:
         super().__init__(path_type=Path)
+        self.file = file
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         path = path_of(value) if isinstance(value, str) else value
         if isinstance(path, RemotePath):
             raise LocalFileRequired("path" if param is None else _named(param), path)
-        return path
+        return path if self.file is None or path is None else self.file(path)
 
 
 def _named(param: click.Parameter) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from procthor_house import two_rooms
 
+from workbench.cli import run as lios
 from workbench.errors import BadValue, FileMissing, InputError, MalformedFile
 from workbench.worlds.procthor.house_files import (
     MAX_LINE_BYTES,
@@ -17,7 +18,7 @@ from workbench.worlds.procthor.house_files import (
     split_address,
 )
 from workbench.worlds.procthor.load import load_house, load_houses
-from workbench.worlds.shipped import shipped_houses
+from workbench.worlds.shipped import house_file, shipped_houses
 
 
 @pytest.fixture
@@ -135,3 +136,26 @@ def test_an_asset_table_that_is_none(three: Path, tmp_path: Path) -> None:
             load_house(f"{three}:0", assets=table)
     with pytest.raises(FileMissing):
         load_house(f"{three}:0", assets=tmp_path / "none.csv")
+
+
+def test_every_command_that_takes_files_of_houses_takes_the_shipped_ones_by_their_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "houses").mkdir()  # a folder is no file of houses
+    assert split_address("houses") == (shipped_houses(), None)
+    for line in (
+        ["houses", "info", "houses"],
+        ["evaluate", "replay", "--houses", "houses", "-n", "1", "--dry-run"],
+        ["evaluate", "select", "--houses", "houses", "--dry-run"],
+        ["evaluate", "tasks", "--houses", "houses", "--scenarios", "coffee", "--dry-run"],
+        ["evaluate", "search", "--houses", "houses", "--queries", "1", "--dry-run"],
+        ["evaluate", "belief", "--houses", "houses", "--estimators", "counts"],
+        ["train", "--houses", "houses", "--estimator", "counts", "--seed", "0", "-o", "counts.safetensors"],
+    ):
+        assert lios(line) == 0, (line, capsys.readouterr().err)
+    assert lios(["evaluate", "replay", "--houses", "mine", "--dry-run"]) == 2
+    assert house_file(Path("mine")) == Path("mine")
+    (tmp_path / "houses").rmdir()
+    (tmp_path / "houses").touch()
+    assert house_file(Path("houses")) == Path("houses"), "a file that is there is meant itself"

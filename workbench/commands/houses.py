@@ -273,10 +273,10 @@ def _columns(files: list[Path], *, split: str, assets: Path | None) -> dict[str,
     from workbench.evaluation.splits import is_shared, split_indices
     from workbench.worlds.procthor.house_files import house_stem
     from workbench.worlds.procthor.load import load_houses
-    from workbench.worlds.shipped import shipped_houses
+    from workbench.worlds.shipped import house_file, shipped_houses
 
     columns: dict[str, list[House]] = {}
-    for path in files or [shipped_houses()]:
+    for path in map(house_file, files or [shipped_houses()]):
         houses = load_houses(path, assets=assets)
         chosen = [houses[i] for i in split_indices(path, split, houses=len(houses))]
         title = house_stem(path) if files else "shipped"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from workbench.options import AlsoLearnt, AssetsOrBeside, Force, Json, Scheduler, Workers
 from workbench.parameters import Option
+from workbench.worlds.shipped import house_file
 
 if TYPE_CHECKING:
     from workbench.beliefs.training.train import TrainingListener, TrainingSet
@@ -22,7 +23,8 @@ ENCODER = "encoder"
 
 def train(
     houses: Annotated[
-        list[Path] | None, Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")
+        list[Path] | None,
+        Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.", file=house_file),
     ] = None,
     estimator: Annotated[
         str, Option("--estimator", "-e", help="counts, fcnn, best; people, of votes; encoder, for vectors of names.")

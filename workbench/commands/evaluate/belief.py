@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from workbench.options import AlsoLearnt, AssetsOrBeside, FoldCount, Json, Split
 from workbench.parameters import Option
+from workbench.worlds.shipped import house_file
 
 if TYPE_CHECKING:
     from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest
@@ -15,7 +16,11 @@ if TYPE_CHECKING:
 def belief(
     houses: Annotated[
         list[Path] | None,
-        Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); repeat for several; default: the shipped ones."),
+        Option(
+            "--houses",
+            help="Houses (.jsonl.gz, .jsonl, .json); repeat for several; default: the shipped ones.",
+            file=house_file,
+        ),
     ] = None,
     estimators: Annotated[
         str, Option("--estimators", "-e", help="all, or names and weights files separated by commas.")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import IO, NoReturn, cast
 
 from workbench.errors import BadValue, FileMissing, MalformedFile, NotFound
-from workbench.worlds.shipped import shipped_houses
+from workbench.worlds.shipped import house_file, shipped_houses
 
 MAX_LINE_BYTES = 64 * 1024 * 1024
 """Longest accepted house in bytes, decompressed; real houses take well under one MiB."""
@@ -47,8 +47,8 @@ class NumberIsNoAddress(NotFound):
 
 
 def split_address(address: str) -> tuple[Path, int | None]:
-    """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None); "houses:9", as logs name it, of the shipped
-    file.
+    """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None); "houses:9", as logs name it, and "houses" of the
+    shipped file.
 
     Raises:
         NumberIsNoAddress: a number alone.
@@ -56,8 +56,8 @@ def split_address(address: str) -> tuple[Path, int | None]:
         MalformedFile: a folder.
         BadValue: an index that is not a whole number.
     """
-    if _is_file(address):
-        return Path(address), None
+    if _is_file(address) or house_file(Path(address)) != Path(address):
+        return house_file(Path(address)), None
     if address.isascii() and address.isdigit():
         raise NumberIsNoAddress(address)
     name, colon, index = address.rpartition(":")
