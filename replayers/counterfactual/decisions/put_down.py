@@ -254,9 +254,9 @@ def _may_be_cheaper(
             was = now[item]
             if was == DELIVERED or item == before:
                 continue
-            for place in range(-1, places):
+            for place in range(WANTED, places):
                 end = ends[item] if place < 0 else place
-                if place in (was, ends[item]):
+                if place == ends[item] or (place >= 0 and place == was):
                     continue
                 if was == UNFETCHED:
                     leg = max(metres[here, end], errands[item, here] - metres[end, ends[item]])
