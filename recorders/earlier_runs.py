@@ -27,17 +27,18 @@ class NoReader(Failed):
         super().__init__("this installation has no reader of earlier logs. Install lios-workbench again.")
 
 
-def read_history(logs: Sequence[Path]) -> History:
-    """The history that logs, or folders of logs, hold; says what people corrected in them.
+def read_history(logs: Sequence[Path], place: FloorPlan) -> History:
+    """The history of a place that logs, or folders of logs, hold; says what is left out, and what people corrected.
 
     Raises:
         NoReader: the installation is not whole.
-        InputError: there is nothing to remember, or the logs are not of one place or contradict one another.
+        InputError: there is nothing to remember, a log that is named is of another place, or logs contradict one
+            another.
     """
     found = next(iter(entry_points(group=GROUP, name=NAME)), None)
     if found is None:
         raise NoReader
-    history: History = found.load()(logs)
+    history: History = found.load()(logs, place)
     for note in history.notes:
         say(f"note: {note}")
     return history
@@ -54,7 +55,7 @@ def memory_now(logs: Sequence[Path] | None, rates: Path | None, plan: FloorPlan)
         if rates is not None:
             raise BadValue("move rates", str(rates), "given together with --memory")
         return None
-    return read_history(logs).memory_at(time.time_ns(), plan, move_rates(rates))
+    return read_history(logs, plan).memory_at(time.time_ns(), plan, move_rates(rates))
 
 
 def move_rates(path: Path | None) -> MoveRates:

@@ -119,7 +119,7 @@ def _with_memory(trial: Trial, logs: Sequence[Path | str], rates: Path | str | N
         if rates is not None:
             raise BadValue("move rates", str(rates), "given together with --memory")
         return replace(trial, start_ns=EPOCH_NS + NS_PER_DAY * (day or 0))
-    history = read_history([Path(log) for log in logs])
+    history = read_history([Path(log) for log in logs], trial.house.plan)
     start_ns = history.next_day_ns(EPOCH_NS) if day is None else EPOCH_NS + NS_PER_DAY * day
     memory = history.memory_at(start_ns, trial.house.plan, move_rates(None if rates is None else Path(rates)))
     return replace(trial, memory=memory, start_ns=start_ns)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from workbench.errors import BadValue
+from workbench.errors import BadValue, LiosError
 from workbench.options import Ask, BoundsBudget, Json, MemoryLogs, MoveRatesFile, Scheduler, Upload
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
@@ -148,7 +148,7 @@ def replay(
         with_truth=with_truth,
         timeout_s=timeout,
         in_process=in_process,
-        history=_history(memory, rates),
+        histories=_histories(memory, rates, logs),
         rates=None if rates is None else read_rates(rates),
         seed=seed,
     )
@@ -201,19 +201,32 @@ def _say_lost(rows: list[dict[str, Any]]) -> None:
             say(f"note: {log} is not whole: {line}")
 
 
-def _history(memory: list[Path] | None, rates: Path | None) -> History | None:
-    """The earlier runs that strategies are to remember; None for what the robot itself remembered."""
-    from replayers.memory.collect import read_history
+def _histories(memory: list[Path] | None, rates: Path | None, logs: list[Path]) -> tuple[History, ...]:
+    """The earlier runs that strategies are to remember, by place of the logs; none for what the robot remembered."""
+    from replayers.batch.replay_all import logs_among
+    from replayers.memory.collect import earlier_logs, places_of
     from workbench.terminal import say
 
     if not memory:
         if rates is not None:
             raise BadValue("--rates", str(rates), "given together with --memory")
-        return None
-    history = read_history(memory)
-    for note in history.notes:
+        return ()
+    earlier = earlier_logs(memory)
+    places = places_of(logs_among(logs))
+    histories: list[History] = []
+    errors: list[LiosError] = []
+    for place in places:
+        try:
+            histories.append(earlier.of_place(place))
+        except LiosError as error:
+            errors.append(error)
+    if errors and not histories:
+        raise errors[0]
+    for note in dict.fromkeys(note for history in histories for note in history.notes):
         say(f"note: {note}")
-    return history
+    for error in errors:
+        say(f"note: {error}")
+    return tuple(histories)
 
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ from replayers.runs.run import Run
 from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
 from workbench.beliefs.asking.answers import NotAnswered
 from workbench.beliefs.belief import Belief, Estimator
-from workbench.beliefs.memory.history import History
+from workbench.beliefs.memory.history import History, history_for
 from workbench.beliefs.memory.move_rates import MoveRates, shipped_rates
 from workbench.caches import Cache
 from workbench.errors import Unsupported
@@ -73,9 +73,9 @@ class ReplaySettings:
         timeout_s: the longest that a planner from outside may take for one decision, and an estimator for a belief.
         in_process: planners from outside run in this process, without a time limit, so that a debugger stops in
             them; no answer depends on it, so it is in no replay's key.
-        history: earlier runs that the strategies remember, in place of what the robot remembered; None for the
-            robot's own memory.
-        rates: how often things move, for that history.
+        histories: earlier runs that the strategies remember, one history for each place of the logs, in place of what
+            the robot remembered; empty for the robot's own memory.
+        rates: how often things move, for these histories.
         seed: of the drawn worlds. The strategies' own seed is the run's.
     """
 
@@ -88,7 +88,7 @@ class ReplaySettings:
     ask: bool = field(default=False, repr=False)
     timeout_s: float = 10.0
     in_process: bool = field(default=False, repr=False)
-    history: History | None = None
+    histories: tuple[History, ...] = ()
     rates: MoveRates | None = None
     seed: int = 0
     drawn_by: str = ""
@@ -178,7 +178,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_paths: bool = True) 
     Raises:
         NoBelief, UnknownName: no beliefs are available.
         TruthNotRecorded: the truth was requested and is not in the log.
-        AnotherPlace, ContainersChanged, NoEarlierRun: the history given is not of this place, or of later.
+        NoRunOfPlace, NoEarlierRun: no history given is of this place, or it is of later.
     """
     as_logged, other_memory = _with_history(evidence_of(run), settings)
     if settings.with_truth and run.truth is None:
@@ -265,10 +265,11 @@ def _notes(
 
 def _with_history(evidence: Evidence, settings: ReplaySettings) -> tuple[Evidence, bool]:
     """The evidence with the memory that a history makes at its start, and whether that is not the robot's own."""
-    if settings.history is None:
+    if not settings.histories:
         return evidence, False
     rates = settings.rates or shipped_rates()
-    memory = settings.history.memory_at(evidence.info.started.ns, evidence.place.plan, rates)
+    plan = evidence.place.plan
+    memory = history_for(settings.histories, plan).memory_at(evidence.info.started.ns, plan, rates)
     own = evidence.memory is not None and evidence.memory.digest == memory.digest
     return (evidence, False) if own else (replace(evidence, memory=memory), True)
 

@@ -8,18 +8,28 @@ of a robot's run they are. Replays that were recorded are of imagined worlds, an
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from replayers.log_tools.log_paths import find_logs
 from replayers.runs.correcting import corrections_of
 from replayers.runs.run import Run, read
-from workbench.beliefs.memory.history import EarlierRun, History, require_same_place
+from workbench.beliefs.memory.history import (
+    AnotherPlace,
+    EarlierRun,
+    History,
+    NoRunOfPlace,
+    SeveralPlaces,
+    places_in_words,
+    require_same_place,
+)
 from workbench.beliefs.memory.memory import PastLook
 from workbench.errors import InputError, LiosError
 from workbench.log_schema.events import ActionFinished, Observation
 from workbench.remote.path import path_of
-from workbench.worlds.house import ContainerId, ItemType
+from workbench.terminal import counted
+from workbench.worlds.house import ContainerId, FloorPlan, ItemType
 
 
 class NoLooks(InputError):
@@ -49,16 +59,56 @@ class LogsContradict(InputError):
         )
 
 
-def read_history(logs: Sequence[Path]) -> History:
-    """The history that logs hold, or folders of them. What a folder holds beside runs is left out, with a note.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EarlierLogs:
+    """The runs of logs, of any number of places.
+
+    Attributes:
+        runs: each once, without recorded replays.
+        named: the ids of the runs whose logs were named themselves, and not found in a folder.
+        where: the logs and folders as they were given.
+        notes: what is no run, and why.
+    """
+
+    runs: tuple[Run, ...]
+    named: frozenset[str]
+    where: str
+    notes: tuple[str, ...]
+
+    def of_place(self, place: FloorPlan) -> History:
+        """The history of a place. Logs of other places that a folder holds are left out, with a note.
+
+        Raises:
+            NoLooks, NoRunOfPlace: there is nothing to remember.
+            AnotherPlace: a log that was named itself is of another place.
+            ContainersChanged: a log is of this place with other containers.
+            LogsContradict: two logs of one time disagree.
+        """
+        kept, elsewhere = list[Run](), list[str]()
+        for run in self.runs:
+            try:
+                require_same_place(run.place.plan, place, str(run.path))
+            except AnotherPlace:
+                if run.info.run_id in self.named:
+                    raise
+                elsewhere.append(run.place.plan.name)
+                continue
+            kept.append(run)
+        others = places_in_words(elsewhere)
+        if elsewhere and not kept:
+            raise NoRunOfPlace(place.name, others=others, where=self.where)
+        left_out = (f"not remembered: {counted(len(elsewhere), 'log')} of {others}",) if elsewhere else ()
+        return history_of(kept, where=self.where, notes=(*self.notes, *left_out))
+
+
+def earlier_logs(logs: Sequence[Path]) -> EarlierLogs:
+    """The runs of logs, or of folders of them. What a folder holds beside runs is left out, with a note.
 
     Raises:
-        NoLogs, NoLooks: there is nothing to remember.
-        AnotherPlace, ContainersChanged: the logs are not of one place with the same containers.
-        LogsContradict: two logs of one time disagree.
+        NoLogs: there is no log.
         LiosError: a log that is named itself cannot be read, or no log of a folder can.
     """
-    runs, errors = dict[str, Run](), list[LiosError]()
+    runs, errors, of_named = dict[str, Run](), list[LiosError](), set[str]()
     named = {path for path in map(path_of, logs) if not path.is_dir()}
     for path in find_logs(list(logs)):
         try:
@@ -68,12 +118,42 @@ def read_history(logs: Sequence[Path]) -> History:
                 raise
             errors.append(error)
             continue
+        known = runs.get(run.info.run_id)
+        if run.info.source != "replay" and (known is None or (run.has_end and not known.has_end)):
+            runs[run.info.run_id] = run
         if run.info.source != "replay":
-            runs.setdefault(run.info.run_id, run)
+            of_named |= {run.info.run_id} if path in named else set()
     if errors and not runs:
         raise errors[0]
-    notes = tuple(f"not remembered: {error}" for error in errors)
-    return history_of(tuple(runs.values()), where=", ".join(map(str, logs)), notes=notes)
+    return EarlierLogs(
+        runs=tuple(runs.values()),
+        named=frozenset(of_named),
+        where=", ".join(map(str, logs)),
+        notes=tuple(f"not remembered: {error}" for error in errors),
+    )
+
+
+def read_history(logs: Sequence[Path], place: FloorPlan | None = None) -> History:
+    """The history that logs hold, or folders of them. What a folder holds beside runs is left out, with a note.
+
+    Args:
+        place: the place whose history it is; None for the one place that all the logs are of.
+
+    Raises:
+        SeveralPlaces: no place is given, and the logs are of several.
+        NoLogs, LiosError: as earlier_logs. And what EarlierLogs.of_place raises.
+    """
+    found = earlier_logs(logs)
+    return history_of(found.runs, where=found.where, notes=found.notes) if place is None else found.of_place(place)
+
+
+def places_of(logs: Iterable[Path]) -> tuple[FloorPlan, ...]:
+    """The distinct places of the runs that logs hold; what cannot be read has none."""
+    places: dict[FloorPlan, None] = {}
+    for log in logs:
+        with suppress(LiosError):
+            places[read(log).place.plan] = None
+    return tuple(places)
 
 
 def history_of(runs: Sequence[Run], *, where: str = "", notes: tuple[str, ...] = ()) -> History:
@@ -88,7 +168,10 @@ def history_of(runs: Sequence[Run], *, where: str = "", notes: tuple[str, ...] =
         raise NoLooks(where)
     newest = found[-1][1].place.plan
     for earlier, run in found:
-        require_same_place(run.place.plan, newest, earlier.log)
+        try:
+            require_same_place(run.place.plan, newest, earlier.log)
+        except AnotherPlace:
+            raise SeveralPlaces(where, places_in_words([run.place.plan.name for run in runs])) from None
     _require_agreement([earlier for earlier, _ in found], looks)
     everything = sorted(
         (look for of_run in looks for look in of_run), key=lambda look: (look.seen_ns, look.container)

@@ -11,7 +11,7 @@ from toy import DESK, TABLE, toy_plan
 from dashboards.panels.memory import MAX_DAYS, MAX_ITEMS, DayOfItem, days_of_items, memory
 from dashboards.viser_app.serving import open_dashboard
 from replayers.memory.collect import read_history
-from workbench.beliefs.memory.history import AnotherPlace, EarlierRun, History
+from workbench.beliefs.memory.history import EarlierRun, History, SeveralPlaces
 from workbench.beliefs.memory.memory import PastLook
 from workbench.beliefs.memory.move_rates import NS_PER_DAY
 from workbench.worlds.house import ContainerId, ItemType
@@ -56,5 +56,5 @@ def test_the_shipped_runs_of_one_house_have_a_memory_and_those_of_two_have_none(
     one = [SHIPPED / "find-lios.mcap", SHIPPED / "find-greedy.mcap"]
     shown = str(memory(read_history(one)))
     assert "2 runs in" in shown
-    with pytest.raises(AnotherPlace):
+    with pytest.raises(SeveralPlaces):
         open_dashboard([one[0], SHIPPED / "deliver-3.mcap"], port=0, memory=True)

@@ -21,8 +21,8 @@ def test_a_second_run_remembers_what_the_first_one_saw_and_carried(tmp_path: Pat
     first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
     with robot() as (spot, connection):
         run_and_record(connection, run_of(spot), first)
-    history = read_history([first])
     site, _ = placed()
+    history = read_history([first], site.plan)
     memory = history.memory_at(history.runs[0].ended_ns + NS_PER_DAY, site.plan, move_rates(None))
     put = {a.item_types[0]: a.target for a in read(first).actions if a.action == "place"}
     taken = {a.item_types[0]: a.target for a in read(first).actions if a.action == "pick"}

@@ -93,7 +93,7 @@ def test_a_log_without_memory_is_replayed_with_one_on_request(folder: Path, tmp_
     assert "memory" not in run.settings
     history = read_history([folder])
     plain = replay_on(prepare_log(run, ReplaySettings(worlds=0)), "conditioned-lios")
-    prepared = prepare_log(run, ReplaySettings(worlds=0, history=history))
+    prepared = prepare_log(run, ReplaySettings(worlds=0, histories=(history,)))
     remembered = replay_on(prepared, "conditioned-lios")
     assert plain.cost is not None
     assert remembered.cost is not None
@@ -101,7 +101,7 @@ def test_a_log_without_memory_is_replayed_with_one_on_request(folder: Path, tmp_
     assert any("does not do what was recorded" in note for note in remembered.notes)
     early = read(folder / "apple.mcap")
     with pytest.raises(NoEarlierRun):
-        prepare_log(early, ReplaySettings(worlds=0, history=history))
+        prepare_log(early, ReplaySettings(worlds=0, histories=(history,)))
 
 
 def test_the_truth_is_inside_the_bounds_of_every_strategy(folder: Path, tmp_path: Path) -> None:
@@ -170,10 +170,13 @@ def test_the_commands_refuse_a_memory_that_cannot_be_one(
     for words, said in (
         (
             ["record", "--find", "apple", "-o", str(made), "--memory", str(other)],
-            "Give --memory only logs of the place",
+            "its logs are of houses:3, and none is of houses:0, the place of the run",
         ),
         (["record", "--find", "apple", "-o", str(made), "--memory", str(contradicting)], "they are not of one house"),
-        (["replay", run, "-s", "greedy", "--memory", str(other)], "Give --memory only logs of the place"),
+        (
+            ["replay", run, "-s", "greedy", "--memory", str(other)],
+            "its logs are of houses:3, and none is of houses:0, the place of the run",
+        ),
         (["replay", run, "-s", "greedy", "--memory", str(folder)], "ended before this run began"),
     ):
         assert lios(words) == 2
@@ -243,3 +246,73 @@ def test_the_command_line_learns_remembers_and_refuses(
     assert lios([*said, "--force", "--memory", str(tmp_path / "nowhere")]) == 2
     refused = [line for line in capsys.readouterr().err.splitlines() if line.startswith("lios: ")]
     assert len(refused) == 3
+
+
+@pytest.fixture(scope="module")
+def mixed(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The two runs, and beside them one of another place and a file that is no log."""
+    made = tmp_path_factory.mktemp("mixed")
+    shutil.copytree(folder, made, dirs_exist_ok=True)
+    record(made / "z-elsewhere.mcap", house="houses:3", find="book", strategy="opt-greedy", estimator="counts", day=9)
+    (made / "z-empty.mcap").touch()
+    return made
+
+
+def test_of_a_folder_the_logs_of_the_run_s_place_are_remembered(
+    folder: Path, mixed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The place is the run's, not that of the newest log."""
+    run, plain = tmp_path / "run.mcap", tmp_path / "plain.mcap"
+    said = ["record", "--find", "apple", "--estimator", "counts"]
+    assert lios([*said, "--memory", str(mixed), "-o", str(run)]) == 0
+    told = capsys.readouterr().err
+    assert told.count("note: not remembered: ") == 2
+    assert "note: not remembered: 1 log of houses:3\n" in told
+    assert lios([*said, "--memory", str(folder), "-o", str(plain)]) == 0
+    assert read(run).settings["memory"] == read(plain).settings["memory"], "other places change neither day nor looks"
+    capsys.readouterr()
+    assert lios(["replay", str(run), "-s", "greedy", "--worlds", "0", "--memory", str(mixed)]) == 0
+    assert "note: not remembered: 1 log of houses:3\n" in capsys.readouterr().err
+
+
+def test_a_log_of_another_place_that_is_named_is_refused_by_the_run_s_place(
+    folder: Path, mixed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    elsewhere, made = mixed / "z-elsewhere.mcap", str(tmp_path / "x.mcap")
+    record(tmp_path / "later.mcap", find="apple", strategy="opt-greedy", estimator="counts", day=10)
+    given = ["--memory", str(folder), "--memory", str(elsewhere)]
+    for words in (
+        ["record", "--find", "apple", "-o", made, *given],
+        ["replay", str(tmp_path / "later.mcap"), "-s", "greedy", *given],
+    ):
+        assert lios(words) == 2
+        told = capsys.readouterr().err.strip()
+        assert told.startswith(f"lios: {elsewhere}: a log of houses:3, not of houses:0. "), told
+        assert "\n" not in told
+    assert lios(["learn-moves", str(mixed), "-o", str(tmp_path / "rates.csv")]) == 2
+    assert f"lios: {mixed}: logs of several places (houses:0, houses:3). Give only" in capsys.readouterr().err
+
+
+def test_logs_of_several_places_are_replayed_each_with_its_own_memory(
+    mixed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = tmp_path / "logs"
+    for number in (0, 3, 5):
+        house = f"houses:{number}"
+        record(logs / f"{number}.mcap", house=house, find="book", strategy="opt-greedy", estimator="counts", day=11)
+    said = ["replay", str(logs), "-s", "greedy", "--worlds", "0", "--json"]
+    assert lios([*said, "--memory", str(mixed)]) == 0
+    shown = capsys.readouterr()
+    rows = {Path(row["log"]).name: row for row in json.loads(shown.out)["rows"]}
+    assert [row["status"] == "not-replayed" for _, row in sorted(rows.items())] == [False, False, True]
+    assert "houses:5, the place of the run" in rows["5.mcap"]["reason"]
+    assert "its logs are of houses:0, houses:3, and none is of houses:5" in shown.err
+
+
+def test_of_a_log_and_its_copy_that_was_cut_off_the_whole_one_is_remembered(folder: Path, tmp_path: Path) -> None:
+    whole = (folder / "apple.mcap").read_bytes()
+    (tmp_path / "apple.mcap").write_bytes(whole)
+    (tmp_path / "a-cut.mcap").write_bytes(whole[: int(len(whole) * 0.3)])
+    with pytest.raises(NoLooks):
+        read_history([tmp_path / "a-cut.mcap"])
+    assert read_history([tmp_path]).looks == read_history([folder / "apple.mcap"]).looks

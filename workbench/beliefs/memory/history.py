@@ -14,6 +14,9 @@ from workbench.worlds.house import Container, FloorPlan
 SAME_SPOT_M = 0.5
 """A container whose pose differs by no more has not been moved: surveys are that exact."""
 
+MAX_NAMED = 4
+"""Places that a message names."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EarlierRun:
@@ -69,6 +72,23 @@ class AnotherPlace(InputError):
         )
 
 
+class NoRunOfPlace(InputError):
+    """Logs of a memory of which none is of the run's place."""
+
+    def __init__(self, wanted: str, *, others: str = "", where: str = "--memory") -> None:
+        found = f"its logs are of {others}, and none is of" if others else "it holds nothing to remember of"
+        super().__init__(
+            f"{where}: {found} {wanted}, the place of the run. Give --memory logs of that place, or leave it out."
+        )
+
+
+class SeveralPlaces(InputError):
+    """Logs of several places where those of one are needed."""
+
+    def __init__(self, where: str, places: str) -> None:
+        super().__init__(f"{where}: logs of several places ({places}). Give only logs of one place.")
+
+
 class ContainersChanged(InputError):
     """A log of a memory is of the same place, with other containers."""
 
@@ -77,6 +97,25 @@ class ContainersChanged(InputError):
         super().__init__(
             f"{log}: the containers of {place} have changed since ({shown}). Leave earlier logs out of --memory."
         )
+
+
+def history_for(histories: Sequence[History], plan: FloorPlan) -> History:
+    """Of histories of several places that of a place.
+
+    Raises:
+        NoRunOfPlace: there is none.
+    """
+    for history in histories:
+        if not _changes(history.plan, plan):
+            return history
+    raise NoRunOfPlace(plan.name)
+
+
+def places_in_words(names: Sequence[str]) -> str:
+    """The distinct names of places, at most MAX_NAMED of them."""
+    distinct = tuple(sorted(set(names)))
+    more = f" and {len(distinct) - MAX_NAMED} more" if len(distinct) > MAX_NAMED else ""
+    return ", ".join(distinct[:MAX_NAMED]) + more
 
 
 def require_same_place(before: FloorPlan, now: FloorPlan, log: str) -> None:
