@@ -11,16 +11,16 @@ where it was tried; elsewhere numba loads its functions as usual.
 """
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUntypedFunctionDecorator=false
+# pyright: reportPrivateImportUsage=false
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from pickle import UnpicklingError
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core.caching import FunctionCache
+from numba.core import caching
 from numba.core.runtime.nrt import rtsys
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -54,7 +54,7 @@ def is_tried() -> bool:
     )
 
 
-class _LoadedFirst(FunctionCache):
+class _LoadedFirst(caching.FunctionCache):
     """A function's cache on disk, asked before the compiler is prepared."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -62,7 +62,7 @@ class _LoadedFirst(FunctionCache):
         try:
             with self._guard_against_spurious_io_errors():
                 found = self._load_overload(sig, target_context)
-        except (EOFError, UnpicklingError):  # a file that was cut off
+        except (EOFError, caching.pickle.UnpicklingError):  # a file that was cut off
             self.flush()
             found = None
         return found if found is not None else super().load_overload(sig, target_context)
