@@ -94,7 +94,8 @@ def test_the_command_measures_cooking(tmp_path: Path, capsys: pytest.CaptureFixt
 
 def test_by_hand_the_spread_of_a_predicted_duration() -> None:
     """Two moves that err by 3 s and a look that errs by 4 s, each on its own: the root of 9 + 9 + 16."""
-    durations = Durations(residual_s={"move": 3.0, "look": 4.0, "manipulation": 0.0})
+    counted = dict.fromkeys(("move", "look", "manipulation"), 2)
+    durations = Durations(residual_s={"move": 3.0, "look": 4.0, "manipulation": 0.0}, samples=counted)
     acts = [acted(action) for action in ("move", "move", "search", "pick")]
     assert durations.spread_s(acts) == pytest.approx(34**0.5)
 
