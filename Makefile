@@ -9,10 +9,10 @@ ESLINT := 10.15.0
 
 .PHONY: demo test test-ci test-all lint bench docs clean
 
+# Byte code is made here: where PYTHONDONTWRITEBYTECODE is set, every command would compile 250 files again.
 $(VENV)/.installed: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(PIP) --editable .
-	# Where PYTHONDONTWRITEBYTECODE is set, every command would compile 250 files again.
 	$(BIN)/python -m compileall -q workbench recorders replayers dashboards
 	touch $@
 
