@@ -20,6 +20,12 @@ from difflib import get_close_matches
 from pathlib import Path
 
 
+def first_few(names: Iterable[object], most: int) -> str:
+    """ "a, b and 3 more": so many of some names, and how many are left."""
+    listed = [str(name) for name in names]
+    return ", ".join(listed[:most]) + (f" and {len(listed) - most} more" if len(listed) > most else "")
+
+
 class LiosError(Exception):
     """Base class of all errors that are reported to the user in one line.
 

@@ -40,7 +40,7 @@ from dashboards.panels.now import run_signs, title
 from dashboards.panels.phase_strip import strip
 from dashboards.resources import resource
 from dashboards.tabs import TABS
-from workbench.errors import BadValue, OutputExists
+from workbench.errors import BadValue, OutputExists, first_few
 from workbench.files import write_atomically
 from workbench.worlds.names import readable_name
 
@@ -97,9 +97,8 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
 def _left_out_note(elsewhere: Sequence[Timeline]) -> str:
     if not elsewhere:
         return ""
-    named = ", ".join(f"{t.run.info.strategy} in {t.run.info.place}" for t in elsewhere[:MAX_NAMED])
-    more = f" and {len(elsewhere) - MAX_NAMED} more" if len(elsewhere) > MAX_NAMED else ""
-    return html('<div class="lp"><div class="warn">Left out, being of another place: {}.</div></div>', named + more)
+    named = first_few([f"{t.run.info.strategy} in {t.run.info.place}" for t in elsewhere], MAX_NAMED)
+    return html('<div class="lp"><div class="warn">Left out, being of another place: {}.</div></div>', named)
 
 
 def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from replayers.batch.store import StoredReplay
 from replayers.counterfactual.results import Assignment, WorldGroup
 from replayers.tables.html_tables import html_table
 from workbench.arrays import Bools, Ints
+from workbench.errors import first_few
 from workbench.evaluation.statistics import IntervalEstimate, paired_difference
 from workbench.terminal import counted
 from workbench.tolerances import NEAR_COST
@@ -27,7 +28,7 @@ MAX_PAIRS = 1_000_000
 """Pairs of groups of worlds; beyond this, the overall bounds are subtracted instead."""
 
 MAX_NAMED = 4
-"""Logs of one run that a message names."""
+"""Logs that a message names."""
 
 WINS, LOSES, EQUAL, UNDECIDED = "wins", "loses", "equal", "undecided"
 
@@ -177,10 +178,10 @@ class RunInSeveralLogs:
         lacking = dict(self.incomplete)
         same = [log for log in self.logs if log not in lacking]
         if self.kept is None:
-            return f"{_names(same)} are of one run and say different things, as parts of a split log do"
-        told = [f"{_names(same)} are of one run and say the same; it counts once"] if len(same) > 1 else []
-        whole = f"is of the run that {_names([self.kept])} holds whole"
-        return "; ".join([*told, *(f"{_names([log])} {whole} ({why})" for log, why in lacking.items())])
+            return f"{names_of(same)} are of one run and say different things, as parts of a split log do"
+        told = [f"{names_of(same)} are of one run and say the same; it counts once"] if len(same) > 1 else []
+        whole = f"is of the run that {names_of([self.kept])} holds whole"
+        return "; ".join([*told, *(f"{names_of([log])} {whole} ({why})" for log, why in lacking.items())])
 
 
 def runs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...], tuple[RunInSeveralLogs, ...]]:
@@ -247,9 +248,9 @@ def _say_the_same(a: Sequence[StoredReplay], b: Sequence[StoredReplay]) -> bool:
     return bool(common) and all(first[name] == second[name] for name in common)
 
 
-def _names(logs: Sequence[str]) -> str:
-    more = f" and {len(logs) - MAX_NAMED} more" if len(logs) > MAX_NAMED else ""
-    return ", ".join(Path(log).name for log in logs[:MAX_NAMED]) + more
+def names_of(logs: Sequence[str]) -> str:
+    """The file names of logs, at most MAX_NAMED of them."""
+    return first_few([Path(log).name for log in logs], MAX_NAMED)
 
 
 def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:

@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from workbench.options import Force, Json
 from workbench.parameters import Argument, Option
-
-if TYPE_CHECKING:
-    from replayers.certificates.claim import CostClaim
-    from replayers.counterfactual.prepared_log import PreparedLog
-    from workbench.plugins import NameOrigin
 
 
 def certify(
@@ -38,10 +33,10 @@ def certify(
     from replayers.certificates.build import certificate
     from replayers.certificates.claim import sealed, write_claim
     from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
-    from replayers.counterfactual.sandbox import is_foreign
+    from replayers.counterfactual.sandbox import is_foreign, loading_fault
     from replayers.runs.run import read
     from workbench.errors import OutputExists
-    from workbench.planning.strategies import strategy as strategy_named
+    from workbench.planning.strategies import StrategyNotLoaded
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, say
 
@@ -50,10 +45,11 @@ def certify(
     run = read(log)
     prepared = prepare_log(run, ReplaySettings(worlds=0), with_paths=False)
     name, origin = (strategy, NameOrigin.USER) if strategy else (run.info.strategy, NameOrigin.LOG)
-    if is_foreign(name, origin=origin):
-        claim = _of_foreign_planner(prepared, name, origin, branches)
-    else:
-        claim = certificate(prepared, strategy_named(name, origin=origin), max_branches=branches)
+    fault = loading_fault(name) if is_foreign(name, origin=origin) else None
+    if fault is not None:
+        raise StrategyNotLoaded(name, fault.reason)
+    with prepared.planner(name, origin=origin) as planner:
+        claim = certificate(prepared, planner, max_branches=branches)
     values = sealed(claim)
     write_claim(output, values, force=force)
     lower, upper = claim.lower, claim.upper
@@ -65,17 +61,3 @@ def certify(
     most = "no upper bound" if upper.cost is None else f"{upper.cost:.2f} ({upper.kind})"
     say(f"{claim.strategy} over {claim.log}: {lower.cost:.2f} ({lower.kind}) to {most}")
     say(f"Wrote {output}; check it: python tools/check_claim.py {output} {log}")
-
-
-def _of_foreign_planner(prepared: PreparedLog, name: str, origin: NameOrigin, branches: int) -> CostClaim:
-    """The certificate of a planner from outside, which runs in a process of its own with a time limit."""
-    from replayers.certificates.build import certificate
-    from replayers.counterfactual.sandbox import foreign_planner, loading_fault
-    from workbench.planning.strategies import StrategyNotLoaded
-
-    fault = loading_fault(name)
-    if fault is not None:
-        raise StrategyNotLoaded(name, fault.reason)
-    limit_s = prepared.settings.timeout_s
-    with foreign_planner(name, origin=origin, timeout_s=limit_s, in_process=False) as planner:
-        return certificate(prepared, planner, max_branches=branches)

@@ -57,7 +57,7 @@ def compare(
 
     from replayers.batch.breakdown import breakdowns, fewest_misses, in_words
     from replayers.batch.claims import judge, parse_claim
-    from replayers.batch.compare import changed_houses, runs_once
+    from replayers.batch.compare import changed_houses, names_of, runs_once
     from replayers.batch.compare import compare as compared
     from replayers.batch.store import replays_in
     from replayers.commands.losses import end_with_losses
@@ -119,7 +119,7 @@ def compare(
         say(f"note: {run.words}" + ("" if run.kept else f"; they are left out. {JOIN}"))
     if imagined:
         say(f"note: {counted(len(imagined), 'log')} of imagined worlds: what lies in some containers is imputed, "
-            f"nobody saw it: {_names(imagined)}")  # fmt: skip
+            f"nobody saw it: {names_of(imagined)}")  # fmt: skip
     if corrected:
         what = "; ".join(f"{Path(log).name}: {', '.join(words)}" for log, words in corrected.items())
         were = f"{counted(len(corrected), 'log')} {'was' if len(corrected) == 1 else 'were'}"
@@ -177,10 +177,6 @@ def _no_pair(records: Sequence[StoredReplay]) -> str:
         f"Nothing to compare: no two of {', '.join(names)} were replayed over the same log with an outcome. "
         "Replay them together: lios replay LOG... -s all -o DIR"
     )
-
-
-def _names(logs: Sequence[str]) -> str:
-    return ", ".join(Path(log).name for log in logs[:4]) + (f" and {len(logs) - 4} more" if len(logs) > 4 else "")
 
 
 def _tell(rows: list[dict[str, Any]], changed: Sequence[str], broken: list[dict[str, Any]]) -> None:

@@ -33,7 +33,7 @@ from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
 from replayers.runs.run import Run
 from workbench.beliefs.asking.answers import Answer
 from workbench.beliefs.memory.memory import Memory
-from workbench.errors import Unsupported
+from workbench.errors import Unsupported, first_few
 from workbench.log_schema.asking_json import AskingInfo, answers_in, asking_from_settings
 from workbench.log_schema.corrections import Correction
 from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
@@ -348,8 +348,7 @@ def _imagined(imputed: tuple[ContainerId, ...]) -> tuple[str, ...]:
     """The note on a log that a replay in an imagined world wrote."""
     if not imputed:
         return ()
-    named = ", ".join(imputed[:3]) + (f" and {len(imputed) - 3} more" if len(imputed) > 3 else "")
     return (
-        f"the log is of an imagined world: what lies in {named} is imputed, nobody saw it; "
+        f"the log is of an imagined world: what lies in {first_few(imputed, 3)} is imputed, nobody saw it; "
         "costs and bounds are those of that imagined world",
     )

@@ -6,7 +6,8 @@ Sharing them among all strategies makes comparisons paired: every strategy meets
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable
+from collections.abc import Generator, Hashable
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import inf
 from types import MappingProxyType
@@ -24,6 +25,7 @@ from replayers.counterfactual.logged_world import NoPaths
 from replayers.counterfactual.overlooked import contradicting_types, misses_note
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
+from replayers.counterfactual.sandbox import foreign_planner, is_foreign
 from replayers.counterfactual.strategy_traits import uses_beliefs
 from replayers.runs.run import Run
 from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
@@ -37,7 +39,7 @@ from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import Place, place_to_json
 from workbench.planning.actions import relevant_types
 from workbench.planning.scenarios.added_items import believe_scenario_items
-from workbench.planning.strategies import canonical_name
+from workbench.planning.strategies import canonical_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.worlds.geometry import Pose
@@ -144,6 +146,21 @@ class PreparedLog:
     def is_fitted(self) -> bool:
         """Whether the durations were fitted to the log, as they are for a robot's."""
         return bool(self.durations.samples)
+
+    @contextmanager
+    def planner(self, name: str, *, origin: NameOrigin) -> Generator[Strategy]:
+        """The strategy of a name; one from outside runs in a process of its own, or as the settings say, while this
+        lasts.
+
+        Raises:
+            UnknownName, NotFromLog: as workbench.planning.strategies.strategy.
+        """
+        if not is_foreign(name, origin=origin):
+            yield strategy(name, origin=origin)
+            return
+        limit_s, here = self.settings.timeout_s, self.settings.in_process
+        with foreign_planner(name, origin=origin, timeout_s=limit_s, in_process=here) as planner:
+            yield planner
 
     def estimator_of(self, planner: Strategy) -> Estimator:
         """Who believes for a strategy: one whose answers cost something is not asked for a strategy that goes by

@@ -21,7 +21,7 @@ from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, p
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.results import Estimate
 from replayers.counterfactual.run_tree import Leaf, RunTree
-from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
+from replayers.counterfactual.sandbox import is_from_outside
 from replayers.counterfactual.strategy_traits import decision_kind, eq1_parts, looks_by, search_traits, uses_beliefs
 from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions, zero_clock
 from replayers.counterfactual.world_failure import failure_in_worlds
@@ -139,11 +139,8 @@ def replay_on(
         return _not_reproduced(prepared, resolved_name(strategy_name))
     if needs_truth(strategy_name):
         return _in_truth_only(prepared, strategy_name, origin)
-    if is_foreign(strategy_name, origin=origin):
-        limit_s, here = prepared.settings.timeout_s, prepared.settings.in_process
-        with foreign_planner(strategy_name, origin=origin, timeout_s=limit_s, in_process=here) as planner:
-            return replay_strategy(prepared, planner, worlds=worlds)
-    return replay_strategy(prepared, strategy(strategy_name, origin=origin), worlds=worlds)
+    with prepared.planner(strategy_name, origin=origin) as planner:
+        return replay_strategy(prepared, planner, worlds=worlds)
 
 
 def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:

@@ -23,6 +23,7 @@ from replayers.log_tools.log_paths import shown
 from replayers.log_tools.multi_run import member_name, run_and_name, run_of
 from replayers.log_tools.whole_chunk import WholeChunk
 from replayers.mcap_io.messages import Message
+from workbench.errors import first_few
 from workbench.log_schema.events import (
     TOPIC_OF,
     ActionFinished,
@@ -329,8 +330,7 @@ def _last_part(sources: Sequence[SourceLoss]) -> int:
 
 
 def _numbers(parts: Sequence[int]) -> str:
-    listed = ", ".join(map(str, parts[:5])) + (f" and {len(parts) - 5} more" if len(parts) > 5 else "")
-    return f"part {listed}" if len(parts) == 1 else f"parts {listed}"
+    return ("part " if len(parts) == 1 else "parts ") + first_few(parts, 5)
 
 
 def _counts(text: str) -> Mapping[str, int]:

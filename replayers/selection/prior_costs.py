@@ -24,7 +24,7 @@ from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sam
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, drawer_of, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.replay import run_tree_of
-from replayers.counterfactual.sandbox import foreign_planner, is_foreign
+from replayers.counterfactual.sandbox import is_foreign
 from replayers.counterfactual.world_failure import failure_in_worlds
 from replayers.runs.run import read
 from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
@@ -32,8 +32,6 @@ from workbench.errors import LiosError
 from workbench.evaluation.cluster import run_in_order
 from workbench.planning.actions import relevant_types
 from workbench.planning.scenarios.added_items import believe_scenario_items
-from workbench.planning.strategies import strategy
-from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.remote.path import path_of
 from workbench.worlds.knowledge import knowledge_at_start
@@ -137,14 +135,7 @@ def _worlds_at_start(start: PreparedLog) -> SampledWorlds:
 
 
 def _costs_of(start: PreparedLog, name: str, worlds: SampledWorlds) -> Costs:
-    if not is_foreign(name, origin=NameOrigin.USER):
-        return _costs(start, strategy(name, origin=NameOrigin.USER), worlds)
-    limit_s, here = start.settings.timeout_s, start.settings.in_process
-    with foreign_planner(name, origin=NameOrigin.USER, timeout_s=limit_s, in_process=here) as planner:
-        return _costs(start, planner, worlds)
-
-
-def _costs(start: PreparedLog, planner: Strategy, worlds: SampledWorlds) -> Costs:
-    tree = run_tree_of(start, planner)
-    costs, _ = costs_in(worlds, tree, max_segments=start.settings.budget.draws)
-    return () if failure_in_worlds(tree) is not None else tuple(float(c) for c in costs)
+    with start.planner(name, origin=NameOrigin.USER) as planner:
+        tree = run_tree_of(start, planner)
+        costs, _ = costs_in(worlds, tree, max_segments=start.settings.budget.draws)
+        return () if failure_in_worlds(tree) is not None else tuple(float(c) for c in costs)

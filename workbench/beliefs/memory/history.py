@@ -8,7 +8,7 @@ from math import hypot
 
 from workbench.beliefs.memory.memory import Memory, NoEarlierRun, PastLook, remember
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
-from workbench.errors import InputError
+from workbench.errors import InputError, first_few
 from workbench.worlds.house import Container, FloorPlan
 
 SAME_SPOT_M = 0.5
@@ -113,9 +113,7 @@ def history_for(histories: Sequence[History], plan: FloorPlan) -> History:
 
 def places_in_words(names: Sequence[str]) -> str:
     """The distinct names of places, at most MAX_NAMED of them."""
-    distinct = tuple(sorted(set(names)))
-    more = f" and {len(distinct) - MAX_NAMED} more" if len(distinct) > MAX_NAMED else ""
-    return ", ".join(distinct[:MAX_NAMED]) + more
+    return first_few(sorted(set(names)), MAX_NAMED)
 
 
 def require_same_place(before: FloorPlan, now: FloorPlan, log: str) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from workbench.beliefs.training.train import TRAINERS, TrainingSet
-from workbench.errors import BadValue, UnknownName
+from workbench.errors import BadValue, UnknownName, first_few
 from workbench.evaluation.beliefs.training_sets import training_set_of
 from workbench.worlds.house import House
 
@@ -169,8 +169,7 @@ def _require_disjoint(own: TrainingSet, also: TrainingSet | None) -> None:
     judged = {_house_content(house) for house in own.houses}
     twice = [h.plan.name for h in (*also.houses, *also.held_out) if _house_content(h) in judged]
     if twice:
-        shown = ", ".join(twice[:3]) + (f" and {len(twice) - 3} more" if len(twice) > 3 else "")
-        raise BadValue("--also", shown, "disjoint from the evaluated houses")
+        raise BadValue("--also", first_few(twice, 3), "disjoint from the evaluated houses")
 
 
 def _house_content(house: House) -> tuple[object, ...]:
