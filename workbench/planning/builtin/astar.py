@@ -7,7 +7,7 @@ is a sequence of errands.
 
 The kernels take their arrays one by one: in a named tuple, each call unpacks all of them and counts its references to
 each, and the same searches took 1.13 to 1.4 times as long (2186 searches of tasks, side by side in one process). For
-that reason too the loop of `_search` is one function. Numba keeps what it compiled by the file of the outermost
+that reason too the loop of `search_states` is one function. Numba keeps what it compiled by the file of the outermost
 kernel: after a change to a kernel in a sibling module, save this file again.
 
 Constants that kernels receive are np.int64: numba compiles a kernel once more for every literal. Rows are copied in
@@ -45,7 +45,7 @@ def search(recipe: RecipeArrays, query: RecipeQuery) -> tuple[int, float, float,
     Returns:
         (status, cost, lower bound, moves), moves of shape (n, 3) in reverse order, expanded nodes.
     """
-    return _search(*recipe, *query)
+    return search_states(*recipe, *query)
 
 
 @compiled
@@ -113,7 +113,7 @@ def _code(robot, hand, done, pos, n_loc, base):
 
 
 @compiled
-def _search(
+def search_states(
     d, fetch, least, potential, standing, end, in_hand, op_slot, op_where, op_after, link, n_ops, c,
     robot0, hand0, g0, bound, max_nodes, first, staging, weight,
 ):  # fmt: skip

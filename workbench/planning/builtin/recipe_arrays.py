@@ -51,7 +51,7 @@ def routes_of(problem: Problem) -> FindRoutes:
     from workbench.planning.builtin.find_routes import find_routes
 
     rows = problem.travel.rows(problem.locations)
-    return find_routes(_find_tables(problem), problem.travel.metres[rows[:, None], rows])
+    return find_routes(find_tables(problem), problem.travel.metres[rows[:, None], rows])
 
 
 def _errands(
@@ -78,7 +78,7 @@ def _errands(
     return errand_costs(at, find, routes.metres, d, potential, problem.costs.manipulation)
 
 
-def _find_tables(problem: Problem) -> Floats:
+def find_tables(problem: Problem) -> Floats:
     """Find costs between the problem's locations, shape (types, locations, locations), read-only."""
     costs, n = problem.find_costs, len(problem.locations)
     if costs is not None and costs.origins == problem.locations == costs.targets:
