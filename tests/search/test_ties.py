@@ -59,6 +59,13 @@ def test_ranks_do_not_depend_on_the_last_bits(levels: list[int], seed: int) -> N
     assert ranked(exact).tolist() == np.argsort(-exact, axis=1, kind="stable").tolist()
 
 
+@given(st.lists(st.sampled_from([0.0, 1.0, 1.0 + BIT, 1.0 - 2 * BIT, 2.0, np.inf]), max_size=9))
+def test_a_row_is_ranked_alone_as_among_others(row: list[float]) -> None:
+    alone, among = ranked(np.array([row])), ranked(np.array([row, row[::-1]]))
+    assert alone.tolist() == among[:1].tolist()
+    assert ranked(np.array([row]), 3).tolist() == among[:1, :3].tolist()
+
+
 def grid_query(seed: int, noise: float = 0.0, *, ways_noise: float = 0.0) -> SearchQuery:
     """Containers on the points of a small grid, chances of a few levels: most orders have others of equal cost."""
     rng, small = np.random.default_rng(seed), np.random.default_rng((seed, 1))

@@ -181,8 +181,8 @@ def _setup(
     probability = here.probability[items]
     chosen = choose(
         probability,
-        here.from_m.mean(axis=0),
-        here.to_m.mean(axis=1),
+        here.from_m[0] if len(here.from_m) == 1 else here.from_m.mean(axis=0),
+        here.to_m[:, 0] if here.to_m.shape[1] == 1 else here.to_m.mean(axis=1),
         limit=limit,
         ranking=ranking or ranking_of(model),
     )

@@ -1,7 +1,7 @@
 """The cheapest plan of plain deliveries in one call, compiled with numba.
 
-Taken apart into calls of the kernels that it is made of, it takes four times as long: a replay solves thousands of
-such problems of five places. Numba keeps what it compiled by the file of the outermost kernel: after a change to a
+A replay solves thousands of such problems of five places, and one call for each of the kernels that this is made of
+takes nearly twice as long. Numba keeps what it compiled by the file of the outermost kernel: after a change to a
 kernel in a sibling module, save this file again.
 """
 
