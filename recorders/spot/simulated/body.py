@@ -73,6 +73,14 @@ class DeadReckoning:
     x_m: float = 0.0
     y_m: float = 0.0
     yaw_rad: float = 0.0
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of the body over the last step, in this frame: m/s along x and y, and rad/s."""
+
+    def since(self, was: tuple[float, float, float], step_s: float) -> None:
+        """Take the velocity from the pose before the step."""
+        x_m, y_m, yaw_rad = was
+        moved = (self.x_m - x_m, self.y_m - y_m, wrapped(self.yaw_rad - yaw_rad))
+        self.velocity = (moved[0] / step_s, moved[1] / step_s, moved[2] / step_s)
 
     def add(self, forward_m: float, left_m: float, turn_rad: float) -> None:
         c, s = cos(self.yaw_rad), sin(self.yaw_rad)
@@ -95,7 +103,6 @@ class Body:
     posture_at_s: float = 0.0
     stuck: bool = False
     walk: BodyWalk | None = None
-    speed_now: float = 0.0
     battery: float = 0.93
     odom: DeadReckoning = field(default_factory=lambda: DeadReckoning(0.004, 0.003))
     vision: DeadReckoning = field(default_factory=lambda: DeadReckoning(0.001, 0.0005))
@@ -109,9 +116,11 @@ class Body:
             if self.motors is Motors.POWERING_ON and self.lived_s - self.powered_at_s >= POWER_ON_S:
                 self.motors = Motors.ON
             self.battery = max(0.0, self.battery - step / BATTERY_S * (1.0 if self.motors is Motors.ON else 0.15))
-            self.speed_now = 0.0
+            was = [(reckoned.x_m, reckoned.y_m, reckoned.yaw_rad) for reckoned in (self.odom, self.vision)]
             if self.walk is not None and self.walk.state is WalkState.WALKING:
                 self._step(self.walk, step)
+            for reckoned, before in zip((self.odom, self.vision), was, strict=True):
+                reckoned.since(before, step)
 
     def power_on(self) -> None:
         if self.motors is Motors.OFF:
@@ -171,7 +180,6 @@ class Body:
         gone = min(far, walk.speed_mps * left)
         turned = max(-TURN_RATE * left, min(TURN_RATE * left, turn if far > 0.1 else 0.0))
         self._move(dx / far * gone, dy / far * gone, turned)
-        self.speed_now = walk.speed_mps
         if gone >= far - ROUNDING:
             walk.corners.pop(0)
         return left - gone / walk.speed_mps

@@ -127,6 +127,12 @@ def kinematics(body: Body, robot_ns: int) -> robot_state_pb2.KinematicState:
     message = robot_state_pb2.KinematicState(
         acquisition_timestamp=stamp(robot_ns), transforms_snapshot=frame_tree(body)
     )
-    message.velocity_of_body_in_odom.linear.x = body.speed_now
-    message.velocity_of_body_in_vision.linear.x = body.speed_now
+    message.velocity_of_body_in_odom.CopyFrom(se3_velocity(body.odom.velocity))
+    message.velocity_of_body_in_vision.CopyFrom(se3_velocity(body.vision.velocity))
     return message
+
+
+def se3_velocity(planar: tuple[float, float, float]) -> geometry_pb2.SE3Velocity:
+    """A velocity along x and y with a turning rate about z."""
+    x, y, turn = planar
+    return geometry_pb2.SE3Velocity(linear=geometry_pb2.Vec3(x=x, y=y), angular=geometry_pb2.Vec3(z=turn))

@@ -23,7 +23,7 @@ from recorders.spot.session import foxglove
 from recorders.spot.simulated.body import Body, BodyWalk, Motors, WalkState, wrapped
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import FaultKind, read_faults
-from recorders.spot.simulated.frames import frame_tree, pose_in_map, se3
+from recorders.spot.simulated.frames import frame_tree, kinematics, pose_in_map, se3
 from recorders.spot.simulated.leases import LeaseBook
 from recorders.spot.simulated.robot import UntaggedItem, new_state
 from recorders.spot.simulated.sight import sees, thing_in
@@ -72,6 +72,20 @@ def test_odometry_drifts_from_the_map_a_little() -> None:
     body.advance_to(30.0)
     assert 0.01 < body.odom.x_m - 10.0 < 0.1
     assert abs(body.vision.x_m - 10.0) < abs(body.odom.x_m - 10.0)
+
+
+def test_velocities_are_in_their_frames() -> None:
+    """As robot_state.proto says: expressed in odom and vision, and the body's own, wherever it is."""
+    body = walking([(0.0, 3.0)], yaw=pi)
+    body.advance_to(4.0)
+    state = kinematics(body, 0)
+    for velocity in (state.velocity_of_body_in_odom, state.velocity_of_body_in_vision):
+        assert (velocity.linear.x, velocity.linear.y, velocity.angular.z) == pytest.approx((0.0, 0.5, 0.0), abs=0.02)
+    body.advance_to(7.5)
+    turning = kinematics(body, 0).velocity_of_body_in_odom
+    assert (turning.linear.x, turning.linear.y, turning.angular.z) == pytest.approx((0.0, 0.0, 1.2), abs=0.02)
+    body.advance_to(20.0)
+    assert kinematics(body, 0).velocity_of_body_in_odom.angular.z == 0.0
 
 
 def test_the_tree_of_frames_takes_poses_there_and_back() -> None:
