@@ -14,7 +14,7 @@ from toy_logs import Even, delivered, task_of, toy_evidence, toy_run
 from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Bounds
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.world_search import search_worlds
-from replayers.counterfactual.decisions.another_instance import with_another
+from replayers.counterfactual.decisions.another_instance import room_for_more, with_more
 from replayers.counterfactual.decisions.memoized_strategy import MemoizedStrategy, StateKey
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
@@ -176,14 +176,14 @@ def test_another_is_thought_of_only_where_one_was_taken_that_still_matters(kitch
     at_shelf = start.moved(LocationId(shelf))
 
     def thought_of(knowledge: Knowledge) -> list[str]:
-        more = with_another(knowledge, kitchen.open, relevance)
+        more = next(with_more(knowledge, room_for_more(knowledge, kitchen.open, relevance)), None)
         return [] if more is None else [item.id for item in more.items_at[LocationId(shelf)]]
 
     assert thought_of(at_shelf.seen(shelf, apples[:1])) == []
     one, two = (at_shelf.seen(shelf, apples[:count]).picked(apples[0]) for count in (1, 2))
     assert thought_of(one) == []
-    assert thought_of(one.moved(START)) == ["Apple|another|Shelf|5"]
-    assert thought_of(two.moved(START)) == ["Apple|1", "Apple|another|Shelf|5"]
+    assert thought_of(one.moved(START)) == ["Apple|another|Shelf|5|1"]
+    assert thought_of(two.moved(START)) == []
     assert thought_of(at_shelf.seen(shelf, (thing("Vase", 0),)).picked(thing("Vase", 0)).moved(START)) == []
     logged = ContainerId("Shelf|4")
     knife = start.moved(LocationId(logged)).seen(logged, kitchen.contents[logged]).picked(thing("Knife", 0))

@@ -3,16 +3,18 @@
 Answers count instances up to the demand: where the goal uses one book, a container with two counts as one with one.
 As long as the counted ones stand where they were found, another changes nothing: it is in the same place. Once the
 robot has taken them and still needs that type (it put the book down on the way, or the grounds beside a pot that has
-no water yet), the other might be nearer. Then the strategy is asked again, as if another of each such type were
-there. If it does the same next with all of them, it does so with any of them: its plan is still among the possible
-ones, and none of those that they add was better.
+no water yet), the other might be nearer. Then the strategy is asked again with every combination of what may be left
+there. To ask once, as if everything were there, is not enough: with two more, the cheapest plan may begin as it does
+without, and with one of them not; and among plans of equal cost a solver may take another.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
 from types import MappingProxyType
 from typing import final
 
@@ -25,6 +27,19 @@ from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, Location
 from workbench.worlds.knowledge import Knowledge
 
 ANOTHER = "|another|"
+
+MAX_COMBINATIONS = 31
+"""With more combinations of further instances than this, a decision counts as one that they may change."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MayHoldMore:
+    """Up to so many further instances of a type that a container may hold and that might be used."""
+
+    container: ContainerId
+    item_type: ItemType
+    most: int
 
 
 @final
@@ -56,9 +71,12 @@ class AnotherInstance:
         return all(basis is None or self._decides_alike(basis, made) for basis, made in decided)
 
     def _decides_alike(self, basis: DecisionBasis, made: Decision) -> bool:
-        more = with_another(basis.view.knowledge, self._unseen, self._relevance)
-        if more is None:
-            return True
+        rooms = room_for_more(basis.view.knowledge, self._unseen, self._relevance)
+        if combinations_of(rooms) > MAX_COMBINATIONS:
+            return False
+        return all(self._decides_alike_with(more, basis, made) for more in with_more(basis.view.knowledge, rooms))
+
+    def _decides_alike_with(self, more: Knowledge, basis: DecisionBasis, made: Decision) -> bool:
         view = replace(basis.view, knowledge=more)
         again, read = decide_watched(self._strategy, view)
         if next_steps(again) != next_steps(made):
@@ -68,36 +86,58 @@ class AnotherInstance:
         return set(read) <= set(basis.read) and self._whatever_else(replace(basis, view=view), made)
 
 
-def with_another(knowledge: Knowledge, unseen: Collection[ContainerId], relevance: Relevance) -> Knowledge | None:
-    """The knowledge if containers held another of each type that still matters, where they held as many as answers
-    count and some are gone; None where there is no such container.
+def room_for_more(
+    knowledge: Knowledge, unseen: Collection[ContainerId], relevance: Relevance
+) -> tuple[MayHoldMore, ...]:
+    """Where more may be than answers count, of each type that still matters: containers that held as many as answers
+    count, of which some are gone. What is left there and the more together need not exceed the demand.
 
     Args:
         unseen: the containers whose contents the log does not show in full.
     """
-    more: dict[ContainerId, tuple[Item, ...]] = {}
+    found: list[MayHoldMore] = []
     for container in unseen:
-        gone = _types_gone(container, knowledge)
-        if gone and (types := sorted(gone.intersection(relevance.live(knowledge)))):
-            shown = Counter(item.type for item in knowledge.first_seen[container])
-            capped = [t for t in types if shown[t] >= relevance.most[t]]
-            more[container] = tuple([Item(id=ItemId(f"{t}{ANOTHER}{container}"), type=t) for t in capped])
-    if not any(more.values()):
-        return None
-    first, now = dict(knowledge.first_seen), dict(knowledge.items_at)
-    for container, items in more.items():
-        first[container] += items
-        now[LocationId(container)] = (*now.get(LocationId(container), ()), *items)
-    return replace(knowledge, first_seen=MappingProxyType(first), items_at=MappingProxyType(now))
+        gone = _gone(container, knowledge)
+        if not gone:
+            continue
+        shown = Counter(item.type for item in knowledge.first_seen[container])
+        for t in sorted(gone.keys() & set(relevance.live(knowledge))):
+            most = relevance.most[t] - (shown[t] - gone[t])
+            if shown[t] >= relevance.most[t] and most > 0:
+                found.append(MayHoldMore(container=container, item_type=t, most=most))
+    return tuple(found)
 
 
-def _types_gone(container: ContainerId, knowledge: Knowledge) -> frozenset[ItemType]:
-    """The types of what a look showed in a container and is no longer there; what is in hand there is: a plan that
-    takes another later could put it back as well."""
+def combinations_of(rooms: Sequence[MayHoldMore]) -> int:
+    """In how many ways there may be something in some of these places."""
+    return prod(room.most + 1 for room in rooms) - 1
+
+
+def with_more(knowledge: Knowledge, rooms: Sequence[MayHoldMore]) -> Iterator[Knowledge]:
+    """The knowledge if there were more, in every way; first as much as there may be, which is likeliest to matter."""
+    for counts in product(*(range(room.most, -1, -1) for room in rooms)):
+        if not any(counts):
+            continue
+        first, now = dict(knowledge.first_seen), dict(knowledge.items_at)
+        for room, count in zip(rooms, counts, strict=True):
+            at = LocationId(room.container)
+            items = tuple([_another(room, number) for number in range(1, count + 1)])
+            first[room.container] += items
+            now[at] = (*now.get(at, ()), *items)
+        yield replace(knowledge, first_seen=MappingProxyType(first), items_at=MappingProxyType(now))
+
+
+def _another(room: MayHoldMore, number: int) -> Item:
+    return Item(id=ItemId(f"{room.item_type}{ANOTHER}{room.container}|{number}"), type=room.item_type)
+
+
+def _gone(container: ContainerId, knowledge: Knowledge) -> Counter[ItemType]:
+    """How many of each type a look showed in a container that are no longer there; what is in hand there is: a plan
+    that takes another later could put it back as well."""
     first, place = knowledge.first_seen.get(container), LocationId(container)
     if not first:
-        return frozenset()
+        return Counter()
     there = knowledge.items_at.get(place, ())
     if knowledge.robot_at == place and knowledge.holding is not None:
         there = (*there, knowledge.holding)
-    return frozenset([item.type for item in first if item not in there])
+    return Counter([item.type for item in first if item not in there])
