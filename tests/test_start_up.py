@@ -18,6 +18,10 @@ SCIPY = {"scipy.optimize", "scipy.cluster", "scipy.spatial", "scipy.ndimage", "s
 """Numba itself loads scipy.linalg where it compiles."""
 PICTURES = {"matplotlib", "viser", "PIL", "skimage", "shapely"}
 TORCH = {"torch", "sentence_transformers"}
+TABLES = {"rich", "rich.console", "rich.table"}
+NETWORK = {"ssl", "http.client", "urllib.request"}
+
+UNUSED_BY_A_REPLAY: set[str] = set()
 
 RUN = "import sys; from workbench.cli import run; run(sys.argv[1:]); "
 TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
@@ -27,13 +31,14 @@ TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
 @pytest.mark.parametrize(
     ("command", "spared"),
     [
-        ("--help", NUMBERS | PICTURES | TORCH | {"rich.progress"}),
+        ("--help", NUMBERS | PICTURES | TORCH | TABLES | NETWORK),
         ("list logs", NUMBERS - {"numpy"} | PICTURES | TORCH),
         ("list logs --strategy lios", NUMBERS - {"numpy"} | PICTURES | TORCH),
         (f"info {LOG}", NUMBERS | PICTURES | TORCH),
         ("compare tests", NUMBERS - {"numpy"} | PICTURES | TORCH),
         (f"plan {LOG}", SCIPY | PICTURES | TORCH | {"pandas", "pyarrow"}),
         (f"replay {LOG} -s opt-greedy --workers 1", SCIPY | PICTURES | TORCH | {"pandas", "pyarrow"}),
+        (f"replay {LOG} -s opt-greedy --workers 1 --json", TABLES | NETWORK | UNUSED_BY_A_REPLAY),
     ],
     ids=lambda value: value.split()[0] if isinstance(value, str) else "",
 )
@@ -48,6 +53,15 @@ def test_what_is_compiled_already_is_loaded_without_the_compiler() -> None:
     _loaded(RUN, *command)
     spared = {"scipy.linalg", "numba.np.arraymath", "numba.np.npyfuncs", "numba.typed.typeddict"}
     assert not spared & _loaded(RUN + TELL, *command)
+
+
+def test_garbage_is_looked_for_seldom_and_not_at_the_end() -> None:
+    """What modules make stays; looking through all of it takes a fifth of a short replay."""
+    at_the_end = "print(gc.get_stats()[-1]['collections'], gc.get_freeze_count() > 10_000, file=sys.stderr)"
+    code = (
+        f"import atexit, gc, sys; atexit.register(lambda: {at_the_end}); from workbench.__main__ import main; main()"
+    )
+    assert _loaded(code, "info", LOG) == {"0", "True"}
 
 
 def test_a_list_that_is_cached_reads_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

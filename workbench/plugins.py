@@ -20,7 +20,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import final
 from urllib.parse import urlsplit
-from urllib.request import url2pathname
 
 import msgspec
 
@@ -222,6 +221,8 @@ def _editable_folder(entry: EntryPoint | None) -> Path | None:
     stored = entry.dist.read_text("direct_url.json") if entry is not None and entry.dist is not None else None
     if not stored:
         return None
+    from urllib.request import url2pathname
+
     try:
         origin = msgspec.json.decode(stored, type=_DirectUrl)
         return Path(url2pathname(urlsplit(origin.url).path)).resolve() if origin.dir_info.editable else None

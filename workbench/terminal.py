@@ -3,28 +3,19 @@ terminal only."""
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import threading
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import msgspec
-from rich import box
-from rich.cells import cell_len
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 T = TypeVar("T")
 _wide: ContextVar[bool] = ContextVar("wide", default=False)
-UNBROKEN_WORD_LENGTHS = (18, 12, 8, 4)
-"""On a terminal too narrow for two columns: word lengths that a table keeps unbroken; the first that fits is used."""
-MIN_COLUMNS = 2
-"""What a table of a narrow terminal keeps, however long its words."""
 WIDE = "--wide"
 COMPILING_MESSAGE = (
     "Still working. The first use on a machine compiles the search once, which takes up to half a minute."
@@ -36,8 +27,12 @@ def say(text: str) -> None:
 
     If the reader has closed the pipe (2>&1 | head), the message is lost and the exit code does not change.
     """
+    from rich.markup import escape
+
+    from workbench.third_party.tables import PlainConsole
+
     with suppress(BrokenPipeError):
-        _Console(stderr=True, soft_wrap=True).print(escape(_as_text(text)), highlight=False)
+        PlainConsole(stderr=True, soft_wrap=True).print(escape(_as_text(text)), highlight=False)
 
 
 def counted(number: int, thing: str) -> str:
@@ -91,22 +86,24 @@ def emit_table(
     Args:
         minor: columns that are left out first, in this order; then those farthest to the right.
     """
+    from workbench.third_party.tables import Column, print_table
+
     names = list(columns or (rows[0].keys() if rows else ()))
-    console = _Console(file=sys.stdout)
-    breaks = console.is_terminal
-    shown = [_Column.of(name, [row.get(name) for row in rows], breaks_paths=breaks) for name in names]
-    if not console.is_terminal:
-        unbroken = sum(column.least() for column in shown) + 3 * len(shown) + 1
-        console = _Console(file=sys.stdout, width=max(120, 18 * len(names), unbroken))
-    kept, first_out = list(shown), [shown[names.index(name)] for name in minor if name in names]
-    while len(kept) > MIN_COLUMNS and not _wide.get() and not _fits(kept, console.width):
-        kept.remove(first_out.pop(0) if first_out else kept[-1])
-    if title:  # a title of rich's own table would be padded with blanks to the table's width
-        console.print(escape(_as_text(title)), style="italic", highlight=False, soft_wrap=not console.is_terminal)
-    console.print(_table(kept, console.width))
-    if len(kept) < len(shown):
-        left_out = ", ".join(column.heading for column in shown if column not in kept)
-        say(f"Not shown, for lack of space: {left_out}. {WIDE} shows every column.")
+    shown = [
+        Column(
+            heading=name.replace("_", " "),
+            cells=tuple(_shown(row.get(name)) for row in rows),
+            numeric=any(_is_number(row.get(name)) for row in rows),
+        )
+        for name in names
+    ]
+    first_out = [shown[names.index(name)] for name in minor if name in names]
+    left_out = print_table(shown, title=_as_text(title), first_out=first_out, keep_all=_wide.get())
+    if left_out:
+        say(
+            f"Not shown, for lack of space: {', '.join(column.heading for column in left_out)}. "
+            f"{WIDE} shows every column."
+        )
 
 
 def signed_percentage(share: float | None) -> str | None:
@@ -114,128 +111,24 @@ def signed_percentage(share: float | None) -> str | None:
     return None if share is None else f"{100 * share:+.1f} %"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Column:
-    """A formatted column and its minimum width."""
-
-    heading: str
-    cells: tuple[str, ...]
-    numeric: bool
-    breaks_paths: bool
-
-    @classmethod
-    def of(cls, name: str, values: Sequence[Any], *, breaks_paths: bool) -> _Column:
-        numeric = any(isinstance(value, int | float) or _is_percentage(value) for value in values)
-        return cls(
-            heading=name.replace("_", " "),
-            cells=tuple(map(_shown, values)),
-            numeric=numeric,
-            breaks_paths=breaks_paths,
-        )
-
-    def least(self, longest: int | None = None) -> int:
-        """The smallest width at which no number and no name is broken.
-
-        Args:
-            longest: words longer than this may be broken; None for none but paths, after a slash.
-        """
-        heading = _longest_word([self.heading], paths=True)
-        inside = _longest_word(self.cells, paths=not self.breaks_paths)
-        if longest is not None and not self.numeric:
-            inside = min(longest, inside)
-        return max(heading if longest is None else min(longest, heading), inside, 1)
-
-
-def _is_percentage(value: object) -> bool:
-    return isinstance(value, str) and re.fullmatch(r"[+-]?\d+(\.\d+)? %", value) is not None
-
-
-def _longest_word(texts: Iterable[str], *, paths: bool) -> int:
-    """The length of the longest word; where paths are not kept whole, of the longest piece of a word."""
-    words = (word for text in texts for word in text.split())
-    return max((cell_len(piece) for word in words for piece in ([word] if paths else _pieces(word))), default=0)
-
-
-def _pieces(word: str) -> list[str]:
-    """What a word may be broken into: a path after each slash, any other word not at all."""
-    return re.findall(r"[^/]*/|[^/]+", word)
-
-
-def _broken_at_slashes(cell: str, width: int) -> str:
-    """The cell, with a line break after a slash wherever a path is longer than the column."""
-    if "/" not in cell or max(map(cell_len, cell.split()), default=0) <= width:
-        return cell
-    words: list[str] = []
-    for word in cell.split(" "):
-        lines = [""]
-        for piece in _pieces(word):
-            if lines[-1] and cell_len(lines[-1]) + cell_len(piece) > width:
-                lines.append("")
-            lines[-1] += piece
-        words.append("\n".join(lines))
-    return " ".join(words)
-
-
-def _fits(columns: Sequence[_Column], width: int) -> bool:
-    """Whether a table without column separators fits with no name broken."""
-    return sum(column.least() for column in columns) <= width - 2 * len(columns) + 2
-
-
-def _table(columns: Sequence[_Column], width: int) -> Table:
-    """The first layout that fits the width: with column separators, without them, with broken words."""
-    rules: box.Box | None = box.HEAVY_HEAD
-    room, least = width - 3 * len(columns) - 1, [column.least() for column in columns]
-    if sum(least) > room:
-        rules, room = None, width - 2 * len(columns) + 2
-        tries = ([column.least(longest) for column in columns] for longest in (None, *UNBROKEN_WORD_LENGTHS))
-        least = next((some for some in tries if sum(some) <= room), [1] * len(columns))
-    widths = _widths(columns, least, room)
-    table = Table(box=rules, pad_edge=rules is not None)
-    for column, widest in zip(columns, widths, strict=True):
-        justify = "right" if column.numeric else "left"
-        table.add_column(escape(column.heading), justify=justify, overflow="fold", width=widest)
-    for cells in zip(*(column.cells for column in columns), strict=True):
-        table.add_row(*(escape(_broken_at_slashes(c, widest)) for c, widest in zip(cells, widths, strict=True)))
-    return table
-
-
-def _widths(columns: Sequence[_Column], least: Sequence[int], room: int) -> list[int]:
-    """Column widths: the natural ones if they fit; otherwise the columns with most slack are narrowed first."""
-    widths = [max(map(cell_len, (column.heading, *column.cells))) for column in columns]
-    while sum(widths) > room:
-        most = max(range(len(widths)), key=lambda i: widths[i] - least[i])
-        if widths[most] <= least[most]:
-            break
-        widths[most] -= 1
-    return widths
-
-
-class _Console(Console):
-    """A console that prints text literally (no emoji codes such as in `houses:-1`), and leaves a broken pipe to the
-    command line."""
-
-    def __init__(self, **options: Any) -> None:
-        super().__init__(emoji=False, **options)
-
-    def on_broken_pipe(self) -> None:
-        raise BrokenPipeError
-
-
 def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Iterator[T]:
     """Iterate over the items, with a progress bar if standard error is a terminal."""
-    console = _Console(stderr=True)
-    if not console.is_terminal:
+    if not _is_terminal():
         yield from items
         return
+    from rich.markup import escape
     from rich.progress import track
 
+    from workbench.third_party.tables import PlainConsole
+
+    console = PlainConsole(stderr=True)
     yield from track(items, description=escape(title), total=total, console=console, transient=True)
 
 
 @contextmanager
 def patience(words: str = COMPILING_MESSAGE, *, after_s: float = 3.0) -> Generator[None]:
     """Print `words` if the body takes longer than `after_s` seconds and standard error is a terminal."""
-    if not _Console(stderr=True).is_terminal:
+    if not _is_terminal():
         yield
         return
     timer = threading.Timer(after_s, say, (words,))
@@ -247,6 +140,15 @@ def patience(words: str = COMPILING_MESSAGE, *, after_s: float = 3.0) -> Generat
         timer.cancel()
 
 
+def _is_terminal() -> bool:
+    """Whether rich takes standard error for a terminal; it is not loaded where nothing speaks for one."""
+    if not sys.stderr.isatty() and not {"FORCE_COLOR", "TTY_COMPATIBLE"} & os.environ.keys():
+        return False
+    from workbench.third_party.tables import PlainConsole
+
+    return PlainConsole(stderr=True).is_terminal
+
+
 def _as_text(value: Any) -> Any:
     if isinstance(value, str):
         return value.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
@@ -255,6 +157,12 @@ def _as_text(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_as_text(part) for part in value]
     return value
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value is a number, or a percentage as text."""
+    is_percentage = isinstance(value, str) and re.fullmatch(r"[+-]?\d+(\.\d+)? %", value) is not None
+    return is_percentage or isinstance(value, int | float)
 
 
 def _shown(value: Any) -> str:

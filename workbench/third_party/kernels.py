@@ -5,6 +5,9 @@ algebra among them where scipy is installed, and registers all that it can trans
 of processor time, and machine code that is on disk needs none of it but the memory management. So the cache is asked
 first here, and the compiler prepared where the cache does not hold the function.
 
+The cache also holds each function's LLVM code, for compiling others that call it. Parsing it takes as long as loading
+the machine code, so it is parsed when numba first compiles something.
+
 What must not be compiled so: functions that hash strings, and parallel ones. Their machine code calls what numba
 registers with those modules. What else does may differ between versions and machines, so that this is done only
 where it was tried; elsewhere numba loads its functions as usual.
@@ -17,10 +20,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import cache
 from typing import Any, TypeVar, cast
 
+import llvmlite.binding as llvm
 import numba
-from numba.core import caching
+from numba.core import caching, event
 from numba.core.runtime.nrt import rtsys
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -54,8 +59,57 @@ def is_tried() -> bool:
     )
 
 
+class _MachineCode(caching.CompileResultCacheImpl):
+    """What is in the cache as a function: its machine code, and its LLVM code once something is compiled."""
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        (name, kind, stored), described, *rest = payload
+        later = _llvm_code().later
+        if later is None or kind != "object":
+            return super().rebuild(target_context, payload)
+        machine_code, llvm_code = stored
+        # Without LLVM code numba would not know that there is such a function in the machine code.
+        target_context.codegen()._engine._defined_symbols.add(described.llvm_cpython_wrapper_name)
+        made = super().rebuild(target_context, ((name, kind, (machine_code, _no_code())), described, *rest))
+        later.append((made.library, llvm_code))
+        return made
+
+
+class _LlvmCode(event.Listener):
+    """The LLVM code of functions that were loaded without it, given to them before anything is compiled.
+
+    Attributes:
+        later: each function's library and its code; None once something was compiled.
+    """
+
+    def __init__(self) -> None:
+        self.later: list[tuple[Any, bytes]] | None = []
+        event.register("numba:run_pass", self)
+
+    def on_start(self, event: Any) -> None:
+        given, self.later = self.later or (), None
+        for library, code in given:
+            library._shared_module = cast(Any, llvm).parse_bitcode(code)
+            library.codegen._engine._load_defined_symbols(library._shared_module)
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@cache
+def _llvm_code() -> _LlvmCode:
+    return _LlvmCode()
+
+
+@cache
+def _no_code() -> bytes:
+    return cast(Any, llvm).parse_assembly("").as_bitcode()
+
+
 class _LoadedFirst(caching.FunctionCache):
     """A function's cache on disk, asked before the compiler is prepared."""
+
+    _impl_class = _MachineCode
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         rtsys.initialize(target_context)
