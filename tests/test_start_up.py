@@ -21,7 +21,24 @@ TORCH = {"torch", "sentence_transformers"}
 TABLES = {"rich", "rich.console", "rich.table"}
 NETWORK = {"ssl", "http.client", "urllib.request"}
 
-UNUSED_BY_A_REPLAY: set[str] = set()
+UNUSED_BY_A_REPLAY = {
+    "concurrent.futures.process",
+    "recorders.mcap_io.writer",
+    "recorders.sinks.files",
+    "replayers.batch.compare",
+    "replayers.batch.next_look",
+    "replayers.log_tools.copy_log",
+    "replayers.log_tools.info",
+    "replayers.memory.collect",
+    "workbench.beliefs.asking.chat_client",
+    "workbench.beliefs.best",
+    "workbench.beliefs.fcnn",
+    "workbench.beliefs.people.people",
+    "workbench.evaluation.cluster",
+    "workbench.evaluation.statistics",
+    "workbench.process_pool",
+}
+"""Of the workbench itself, in one process, over a whole log, with one strategy and the estimator counts."""
 
 RUN = "import sys; from workbench.cli import run; run(sys.argv[1:]); "
 TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"

@@ -11,14 +11,14 @@ import os
 import sys
 from contextlib import ExitStack
 from difflib import get_close_matches
-from importlib.metadata import EntryPoint, entry_points
+from functools import cached_property
+from importlib.metadata import EntryPoint, PackageNotFoundError, distribution, entry_points
 from pathlib import Path
 from typing import Any, TextIO
 
 import click
 from click.shell_completion import get_completion_class
 
-from workbench import __version__
 from workbench.debugging import debugging
 from workbench.errors import LiosError, WrongKind
 from workbench.parameters import command_of
@@ -81,26 +81,56 @@ Environment:
 lios COMMAND --help shows examples of each. --json prints machine-readable output."""
 
 
-class Commands(click.Group):
-    """A command group whose commands are entry points, each imported only when needed."""
+class EntryPoints:
+    """The entry points of commands by full name: this distribution's own, and then those of others."""
 
-    def __init__(self, name: str | None, found: dict[str, EntryPoint], **kwargs: Any) -> None:
+    GROUP = "lios.commands"
+
+    @cached_property
+    def own(self) -> dict[str, EntryPoint]:
+        """Empty for a source tree that was never installed."""
+        try:
+            found = distribution("lios-workbench").entry_points
+        except PackageNotFoundError:
+            return {}
+        return {entry.name: entry for entry in found if entry.group == self.GROUP}
+
+    @cached_property
+    def all(self) -> dict[str, EntryPoint]:
+        """This reads a file of every installed distribution."""
+        return {entry.name: entry for entry in entry_points(group=self.GROUP)} | self.own
+
+    def get(self, name: str) -> EntryPoint | None:
+        return self.own.get(name) or self.all.get(name)
+
+
+class Commands(click.Group):
+    """A command group whose commands are entry points, each imported only when needed.
+
+    Args:
+        prefix: what the full names of its commands begin with.
+    """
+
+    def __init__(self, name: str | None, found: EntryPoints, prefix: str = "", **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
         self._found = found
+        self._prefix = prefix
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         panels = PANELS if ctx.parent is None else {"": ORDER_WITHIN.get(self.name or "", ())}
         order = [n for names in panels.values() for n in names]
-        names = {full.split(".")[0] for full in self._found}
+        below = (full.removeprefix(self._prefix) for full in self._found.all if full.startswith(self._prefix))
+        names = {name.split(".")[0] for name in below}
         return sorted(names, key=lambda n: (order.index(n) if n in order else len(order), n))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name in self._found:
-            return _load(cmd_name, self._found[cmd_name])
-        below = {n.partition(".")[2]: e for n, e in self._found.items() if n.startswith(cmd_name + ".")}
-        if not below:
+        entry = self._found.get(self._prefix + cmd_name)
+        if entry is not None:
+            return _load(cmd_name, entry)
+        prefix = f"{self._prefix}{cmd_name}."
+        if not any(full.startswith(prefix) for full in self._found.all):
             return None
-        return Commands(cmd_name, below, help=GROUP_HELP.get(cmd_name, ""), no_args_is_help=True)
+        return Commands(cmd_name, self._found, prefix, help=GROUP_HELP.get(cmd_name, ""), no_args_is_help=True)
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -168,12 +198,20 @@ def _print_completion(ctx: click.Context, _: click.Parameter, shell: str | None)
     ctx.exit()
 
 
+def _print_version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
+    if not asked or ctx.resilient_parsing:
+        return
+    from workbench import __version__
+
+    emit_text(f"lios-workbench, version {__version__}")
+    ctx.exit()
+
+
 def app() -> Commands:
     """The command tree."""
-    found = {entry.name: entry for entry in entry_points(group="lios.commands")}
-    group = Commands(
+    return Commands(
         "lios",
-        found,
+        EntryPoints(),
         help="Record, replay, inspect and evaluate robot object search and task planning.",
         epilog=EPILOG,
         no_args_is_help=True,
@@ -189,9 +227,16 @@ def app() -> Commands:
             ),
             click.Option(["--wide"], is_flag=True, expose_value=False, help="Show every column of a table."),
             click.Option(["--debug"], is_flag=True, expose_value=False, help="Show tracebacks."),
+            click.Option(
+                ["--version"],
+                is_flag=True,
+                callback=_print_version,
+                is_eager=True,
+                expose_value=False,
+                help="Show the version and exit.",
+            ),
         ],
     )
-    return click.version_option(__version__, prog_name="lios-workbench")(group)
 
 
 def main(argv: list[str] | None = None) -> None:

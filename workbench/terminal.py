@@ -86,11 +86,11 @@ def emit_table(
     Args:
         minor: columns that are left out first, in this order; then those farthest to the right.
     """
-    from workbench.third_party.tables import Column, print_table
+    from workbench.third_party.tables import PrintedColumn, print_table
 
     names = list(columns or (rows[0].keys() if rows else ()))
     shown = [
-        Column(
+        PrintedColumn(
             heading=name.replace("_", " "),
             cells=tuple(_shown(row.get(name)) for row in rows),
             numeric=any(_is_number(row.get(name)) for row in rows),

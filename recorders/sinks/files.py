@@ -19,9 +19,7 @@ from recorders.mcap_io.chunk import Compression
 from recorders.mcap_io.file import part_path, remove_parts
 from recorders.mcap_io.writer import CHUNK_BYTES, McapWriter
 from workbench.errors import BadValue, OutputExists
-
-PART_METADATA = "lios.part"
-"""Metadata record of a part of a split log: part (from 0), before (the previous file)."""
+from workbench.log_schema.run_info import PART_METADATA
 
 REPEATED = ("lios.repeated", "true")
 """Channel metadata of messages that a part repeats; such messages are dropped when parts are merged."""

@@ -10,8 +10,9 @@ from typing import final
 
 from recorders.mcap_io.channels import ChannelSpec
 from recorders.mcap_io.writer import McapWriter
-from recorders.sinks.files import PART_METADATA, LogPart, RepeatedData, StoredMessage
+from recorders.sinks.files import LogPart, RepeatedData, StoredMessage
 from workbench.errors import BadValue
+from workbench.log_schema.run_info import PART_METADATA
 
 BUFFER_BYTES = 256 << 20
 

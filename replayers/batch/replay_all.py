@@ -14,6 +14,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import chain, groupby
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -27,14 +28,14 @@ from replayers.batch.log_replayer import (
     replay_log,
     replayed,
 )
-from replayers.batch.work_split import WorkPackage, work_packages
 from replayers.counterfactual.prepared_log import PreparedLog
 from replayers.log_tools.log_paths import matching_logs
 from workbench.errors import BadValue, FileMissing, MalformedFile
-from workbench.evaluation.cluster import in_order_on_cluster
 from workbench.planning.strategies import resolved_name, strategy_names
-from workbench.process_pool import can_inherit, process_pool
 from workbench.remote.path import RemotePath
+
+if TYPE_CHECKING:
+    from replayers.batch.work_split import WorkPackage
 
 __all__ = [
     "LogFailed",
@@ -163,13 +164,21 @@ def _replay_each(
 ) -> Iterator[Outcome]:
     count = workers or os.cpu_count() or 1
     if scheduler:
+        from workbench.evaluation.cluster import in_order_on_cluster
+
         work = partial(_all_of, request=request)
         return chain.from_iterable(in_order_on_cluster(work, logs, scheduler=scheduler, workers=count))
-    if len(logs) < count and len(request.strategies) > 1 and can_inherit():
+    if len(logs) < count and len(request.strategies) > 1 and _can_inherit():
         return _at_work(_in_shares(logs, request, count))
     if min(count, len(logs)) <= 1:
         return chain.from_iterable(replay_log(log, request) for log in logs)
     return _at_work(_log_by_log(logs, request, min(count, len(logs))))
+
+
+def _can_inherit() -> bool:
+    from workbench.process_pool import can_inherit
+
+    return can_inherit()
 
 
 def _at_work(handed: Handed) -> Iterator[Outcome]:
@@ -178,6 +187,8 @@ def _at_work(handed: Handed) -> Iterator[Outcome]:
 
 
 def _log_by_log(logs: Sequence[Path], request: ReplayRequest, count: int) -> Handed:
+    from workbench.process_pool import process_pool
+
     with process_pool(count, inherit=True) as pool:
         made = [pool.submit(_all_of, log, request) for log in logs]
         yield None
@@ -187,6 +198,9 @@ def _log_by_log(logs: Sequence[Path], request: ReplayRequest, count: int) -> Han
 
 def _in_shares(logs: Sequence[Path], request: ReplayRequest, count: int) -> Handed:
     """Processes share the strategies over a log; they inherit what was read and prepared here."""
+    from replayers.batch.work_split import work_packages
+    from workbench.process_pool import process_pool
+
     with gc_frozen():
         opened = {log: LogReplayer(log, request) for log in logs}
         shares = work_packages({log: _much_to_make(one, request) for log, one in opened.items()})

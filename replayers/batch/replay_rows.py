@@ -6,7 +6,6 @@ from typing import Any
 
 import msgspec
 
-from replayers.batch.compare import cost_differences
 from replayers.batch.replay_all import LogFailed
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.estimates.intervals import finite
@@ -74,6 +73,11 @@ def pair_rows(outcomes: list[Any]) -> list[dict[str, Any]]:
     for outcome in outcomes:
         if isinstance(outcome, StoredReplay) and outcome.bounds is not None:
             by_log.setdefault(outcome.sha256, []).append(outcome)
+    several = [replays for replays in by_log.values() if len(replays) > 1]
+    if not several:
+        return []
+    from replayers.batch.compare import cost_differences
+
     return [
         {
             "log": a.log,
@@ -85,6 +89,6 @@ def pair_rows(outcomes: list[Any]) -> list[dict[str, Any]]:
             "chance_a_cheaper": apart.chance[0] if apart.chance else None,
             "chance_equal": apart.chance[1] if apart.chance else None,
         }
-        for replays in by_log.values()
+        for replays in several
         for a, b, apart in cost_differences(replays)
     ]

@@ -11,10 +11,6 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from replayers.batch.breakdown import fewest_misses
-from replayers.batch.compare import StrategyComparison, comparisons_html, runs_once
-from replayers.batch.compare import compare as compare_records
-from replayers.batch.next_look import ContainerLook, best_looks
 from replayers.batch.replay_all import LogFailed, Outcome, ReplayRequest, logs_among, replay_all, strategies_named
 from replayers.batch.split_runs import join_first, parts_of_one_run
 from replayers.batch.store import StoredReplay, replays_html, replays_in
@@ -29,6 +25,9 @@ from workbench.terminal import counted
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from replayers.batch.compare import StrategyComparison
+    from replayers.batch.next_look import ContainerLook
 
 Progress = Callable[[Iterator[Outcome], int], Iterable[Outcome]]
 """Passes outcomes on as they are made, and knows how many there will be: a progress bar."""
@@ -86,12 +85,14 @@ class Replays:
 
 
 @final
-class Comparisons(tuple[StrategyComparison, ...]):
+class Comparisons(tuple["StrategyComparison", ...]):
     """Pairs of strategies, in a tuple that a notebook shows as a table."""
 
     __slots__ = ()
 
     def _repr_html_(self) -> str:
+        from replayers.batch.compare import comparisons_html
+
         return comparisons_html(self)
 
 
@@ -160,6 +161,10 @@ def compare(replays: Iterable[StoredReplay] | Path | str, *, rng: np.random.Gene
     Raises:
         FileMissing: no such folder.
     """
+    from replayers.batch.breakdown import fewest_misses
+    from replayers.batch.compare import compare as compare_records
+    from replayers.batch.compare import runs_once
+
     records = replays_in(Path(replays)) if isinstance(replays, str | os.PathLike) else replays
     kept, _ = runs_once(fewest_misses(records))
     return Comparisons(compare_records(kept, rng=rng or np.random.default_rng(0)))
@@ -167,6 +172,8 @@ def compare(replays: Iterable[StoredReplay] | Path | str, *, rng: np.random.Gene
 
 def look_next(replays: Replays) -> tuple[ContainerLook, ...]:
     """For each log, the unopened container whose contents would settle most between the strategies replayed."""
+    from replayers.batch.next_look import best_looks
+
     return best_looks(replays.outcomes, replays.logs, replays.settings)
 
 

@@ -6,10 +6,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from shlex import quote
 
-from recorders.sinks.files import PART_METADATA
 from replayers.mcap_io.reader import metadata
 from workbench.errors import LiosError
-from workbench.log_schema.run_info import INFO_METADATA
+from workbench.log_schema.run_info import INFO_METADATA, PART_METADATA
 
 MAX_NAMED = 20
 """Maximum number of parts that a message lists by name."""

@@ -203,14 +203,14 @@ def _say_lost(rows: list[dict[str, Any]]) -> None:
 
 def _histories(memory: list[Path] | None, rates: Path | None, logs: list[Path]) -> tuple[History, ...]:
     """The earlier runs that strategies are to remember, by place of the logs; none for what the robot remembered."""
-    from replayers.batch.replay_all import logs_among
-    from replayers.memory.collect import earlier_logs, places_of
-    from workbench.terminal import say
-
     if not memory:
         if rates is not None:
             raise BadValue("--rates", str(rates), "given together with --memory")
         return ()
+    from replayers.batch.replay_all import logs_among
+    from replayers.memory.collect import earlier_logs, places_of
+    from workbench.terminal import say
+
     earlier = earlier_logs(memory)
     places = places_of(logs_among(logs))
     histories: list[History] = []

@@ -10,7 +10,6 @@ from mcap.records import Attachment, Metadata
 
 from recorders.mcap_io.channels import STAMPS, UNCERTAIN
 from recorders.run_recorder import COMPUTER_CLOCK, WORLD_CLOCK
-from recorders.sinks.files import PART_METADATA
 from replayers.doctor.event_checks import EventChecks
 from replayers.doctor.findings import Findings, Level
 from replayers.log_tools.recovered import RECOVERED_METADATA, Recovered
@@ -19,7 +18,7 @@ from workbench.errors import LiosError
 from workbench.log_schema.codec import decode
 from workbench.log_schema.events import TOPICS, Dropped, RunInfo, schema_name
 from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, place_from_json, task_from_json
-from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
+from workbench.log_schema.run_info import INFO_METADATA, PART_METADATA, info_from_metadata
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, settings_from_json
 
 REPLAYABLE = "Without it the run cannot be replayed"

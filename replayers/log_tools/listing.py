@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.log_paths import shown
 from workbench.errors import LiosError
 from workbench.files import cache_folder, write_atomically
+from workbench.log_schema.run_info import PART_METADATA
 from workbench.message_enum import MessageEnum, Result
 from workbench.remote.path import RemotePath
 

@@ -12,17 +12,18 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from mcap.records import Attachment, Channel, Metadata
 
 from recorders.mcap_io.file import part_path, remove_parts
-from recorders.sinks.files import PART_METADATA
-from replayers.log_tools.copy_log import LogCopier, LogLayout, ReadLoss, contents, profile_of
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import metadata
 from workbench.errors import BadValue, MalformedFile
-from workbench.log_schema.run_info import INFO_METADATA
+from workbench.log_schema.run_info import INFO_METADATA, PART_METADATA
+
+if TYPE_CHECKING:
+    from replayers.log_tools.copy_log import LogCopier, LogLayout, ReadLoss
 
 RUN_KEY = "lios.member"
 """Channel metadata: the number of the run."""
@@ -149,6 +150,8 @@ def split_by_run(
     What belongs to no run, such as later notes, goes to every run that has begun by then. A log of one run gives one
     file.
     """
+    from replayers.log_tools.copy_log import profile_of
+
     taking = _RunFiles(output, style, profile_of(source))
     count = 0
     with taking.files:
@@ -161,6 +164,8 @@ def split_by_run(
 
 
 def _messages(source: Path, lost: LossRecord, taking: _RunFiles) -> Iterator[Message]:
+    from replayers.log_tools.copy_log import contents
+
     for part in contents(source, lost.loss):
         if isinstance(part, Message):
             lost.count(part)
@@ -203,6 +208,8 @@ class _RunFiles:
                     copier.writer.add_metadata(plain, facts)
 
     def _open(self, run: int) -> None:
+        from replayers.log_tools.copy_log import LogCopier
+
         path = part_path(self.output, len(self.paths))
         copier = self.files.enter_context(LogCopier(path, self.style, profile=self.profile))
         self._copiers[run] = copier

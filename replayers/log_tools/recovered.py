@@ -13,15 +13,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from types import MappingProxyType
-from typing import Self, final
+from typing import TYPE_CHECKING, Self, final
 
 from mcap.records import Channel, Metadata
 
-from recorders.sinks.files import PART_METADATA
-from replayers.log_tools.copy_log import ReadLoss
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.multi_run import member_name, run_and_name, run_of
-from replayers.log_tools.whole_chunk import WholeChunk
 from replayers.mcap_io.messages import Message
 from workbench.errors import first_few
 from workbench.log_schema.events import (
@@ -32,6 +29,11 @@ from workbench.log_schema.events import (
     Observation,
     PlanComputed,
 )
+from workbench.log_schema.run_info import PART_METADATA
+
+if TYPE_CHECKING:
+    from replayers.log_tools.copy_log import ReadLoss
+    from replayers.log_tools.whole_chunk import WholeChunk
 
 RECOVERED_METADATA = "lios.recovered"
 EVIDENCE_TOPICS = frozenset(

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from mcap.records import Attachment, Channel, Header, Metadata, Schema
 
-from recorders.sinks.files import PART_METADATA, REPEATED
+from recorders.sinks.files import REPEATED
 from replayers.log_tools.copy_log import LogCopier, LogLayout, Part, ReadLoss, pieces, profile_of
 from replayers.log_tools.merge_order import by_time
 from replayers.log_tools.multi_run import RunMarker, member_name, runs_of, split_by_run
@@ -24,6 +24,7 @@ from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import indexed_messages, read_index
 from workbench.errors import BadValue, Malformed
+from workbench.log_schema.run_info import PART_METADATA
 
 Piece = Message | WholeChunk
 Progress = Callable[[Iterator[Any]], Iterable[Any]]

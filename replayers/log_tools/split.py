@@ -13,7 +13,7 @@ from mcap.records import Attachment, Channel, Metadata
 
 from recorders.foxglove.channels import LATCHED
 from recorders.mcap_io.file import part_path, remove_parts
-from recorders.sinks.files import PART_METADATA, REPEATED
+from recorders.sinks.files import REPEATED
 from replayers.log_tools.copy_log import ChannelKey, LogCopier, LogLayout, ReadLoss, channel_key, contents, profile_of
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.multi_run import run_of
@@ -21,6 +21,7 @@ from replayers.log_tools.recovered import EVIDENCE_TOPICS, SourceLoss
 from replayers.mcap_io.messages import Message
 from workbench.errors import BadValue
 from workbench.log_schema.events import NANO
+from workbench.log_schema.run_info import PART_METADATA
 
 STANDING_TOPICS = (*LATCHED, "/tf_static", "/search/truth")
 """Latched topics: their last message is repeated at the start of every part."""

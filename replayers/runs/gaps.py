@@ -11,11 +11,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from replayers.log_tools.info import Description, describe
 from replayers.log_tools.multi_run import NoRunInLog
 from replayers.log_tools.recovered import EVIDENCE_TOPICS, Lost
-from replayers.mcap_io.integrity import damages_behind
 from replayers.mcap_io.scan import Damage
 from replayers.runs.run import Run, read
 from workbench.errors import LiosError
@@ -30,6 +29,9 @@ from workbench.log_schema.events import (
 from workbench.message_enum import MessageEnum, Result
 from workbench.tolerances import NEAR_LOGGED_SUM
 from workbench.worlds.house import LocationId
+
+if TYPE_CHECKING:
+    from replayers.log_tools.info import Description
 
 SIMULATED_SOURCES = ("simulation", "replay")
 
@@ -160,6 +162,8 @@ def losses(runs: Iterable[Run]) -> LogLosses:
 
 def losses_of_logs(paths: Iterable[Path]) -> LogLosses:
     """What logs lack to be runs; of a log that holds several, or that cannot be read, nothing is said."""
+    from replayers.log_tools.info import describe
+
     lost: dict[str, tuple[str, ...]] = {}
     cut_off: list[str] = []
     for path in paths:
@@ -182,6 +186,8 @@ def losses_of_logs(paths: Iterable[Path]) -> LogLosses:
 
 def losses_of_listed(found: Description) -> tuple[str, ...]:
     """What had to be dropped of a described log, or is missing from its run, by all its checksums too."""
+    from replayers.mcap_io.integrity import damages_behind
+
     damages = damages_behind(found.path, found.index) if found.indexed else found.loss.damages
     damages = [damage for damage in damages if damage.loses_content]
     try:

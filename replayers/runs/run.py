@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, cast
 import msgspec
 from mcap.records import Attachment, DataEnd, Metadata
 
-from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.multi_run import NoRunInLog, SeveralRuns, run_and_name
 from replayers.log_tools.recovered import RECOVERED_METADATA, Lost, Recovered
@@ -49,7 +48,13 @@ from workbench.log_schema.events import (
     Wire,
 )
 from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_from_json, task_from_json
-from workbench.log_schema.run_info import INFO_METADATA, ROBOT_METADATA, info_from_metadata, is_simulated
+from workbench.log_schema.run_info import (
+    INFO_METADATA,
+    PART_METADATA,
+    ROBOT_METADATA,
+    info_from_metadata,
+    is_simulated,
+)
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, settings_from_json
 from workbench.planning.tasks import Task
 from workbench.remote.path import path_of

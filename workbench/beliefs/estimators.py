@@ -21,12 +21,8 @@ from workbench.beliefs.asking.prompt_file import SUFFIX as PROMPT_SUFFIX
 from workbench.beliefs.asking.prompt_file import read_prompt
 from workbench.beliefs.asking.state_questions import StateQuestions
 from workbench.beliefs.belief import Estimator
-from workbench.beliefs.best import best_from
 from workbench.beliefs.counts import counts_from
-from workbench.beliefs.fcnn import fcnn_from
 from workbench.beliefs.guarded_estimator import GuardedEstimator
-from workbench.beliefs.people.mixed import mixed_from
-from workbench.beliefs.people.people import people_from
 from workbench.beliefs.weights import Weights, read_weights
 from workbench.errors import UnknownName, Unsupported
 from workbench.plugins import ESTIMATOR, NameOrigin, NotFromLog, PluginNotLoaded, plugin
@@ -34,17 +30,42 @@ from workbench.plugins import ESTIMATOR, NameOrigin, NotFromLog, PluginNotLoaded
 EstimatorFactory = Callable[[Weights], Estimator]
 """Makes an estimator from its weights."""
 
+
+def _fcnn(weights: Weights) -> Estimator:
+    from workbench.beliefs.fcnn import fcnn_from
+
+    return fcnn_from(weights)
+
+
+def _best(weights: Weights) -> Estimator:
+    from workbench.beliefs.best import best_from
+
+    return best_from(weights)
+
+
+def _people(weights: Weights) -> Estimator:
+    from workbench.beliefs.people.people import people_from
+
+    return people_from(weights)
+
+
+def _mixed(weights: Weights) -> Estimator:
+    from workbench.beliefs.people.mixed import mixed_from
+
+    return mixed_from(weights)
+
+
 ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType(
     {
         "counts": counts_from,
-        "fcnn": fcnn_from,
-        "best": best_from,
-        "people": people_from,
-        "mixed": mixed_from,
+        "fcnn": _fcnn,
+        "best": _best,
+        "people": _people,
+        "mixed": _mixed,
     }
 )
 """The estimators by name: smoothed counts, the paper's network, this project's best; people's votes, and these with
-the best."""
+the best. All but the first import much, and do so when they are made."""
 
 WEIGHTS_OF: Mapping[str, str] = MappingProxyType({"mixed": "people"})
 """Estimators that are made from the weights of another one."""

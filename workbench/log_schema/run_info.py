@@ -15,6 +15,8 @@ OUTCOME_METADATA = "lios.outcome"
 """Status and costs, written again at the end, so that logs can be listed without reading messages."""
 ROBOT_METADATA = "lios.robot"
 """Which robot a log is of, as that robot says."""
+PART_METADATA = "lios.part"
+"""Which part of a split log it is: part (from 0), before (the previous file)."""
 CHECKSUM = "crc32"
 """Key of the checksum over the other pairs, since MCAP has none on metadata records."""
 

@@ -32,7 +32,7 @@ class PlainConsole(Console):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
+class PrintedColumn:
     """A column as text.
 
     Attributes:
@@ -57,8 +57,8 @@ class Column:
 
 
 def print_table(
-    columns: Sequence[Column], *, title: str, first_out: Iterable[Column], keep_all: bool
-) -> tuple[Column, ...]:
+    columns: Sequence[PrintedColumn], *, title: str, first_out: Iterable[PrintedColumn], keep_all: bool
+) -> tuple[PrintedColumn, ...]:
     """Print a table on standard output, without the columns for which a terminal has no space.
 
     Args:
@@ -107,12 +107,12 @@ def _broken_at_slashes(cell: str, width: int) -> str:
     return " ".join(words)
 
 
-def _fits(columns: Sequence[Column], width: int, *, breaks_paths: bool) -> bool:
+def _fits(columns: Sequence[PrintedColumn], width: int, *, breaks_paths: bool) -> bool:
     """Whether a table without column separators fits with no name broken."""
     return sum(column.least(breaks_paths=breaks_paths) for column in columns) <= width - 2 * len(columns) + 2
 
 
-def _table(columns: Sequence[Column], width: int, *, breaks_paths: bool) -> Table:
+def _table(columns: Sequence[PrintedColumn], width: int, *, breaks_paths: bool) -> Table:
     """The first layout that fits the width: with column separators, without them, with broken words."""
     rules: box.Box | None = box.HEAVY_HEAD
     room, least = width - 3 * len(columns) - 1, [column.least(breaks_paths=breaks_paths) for column in columns]
@@ -131,7 +131,7 @@ def _table(columns: Sequence[Column], width: int, *, breaks_paths: bool) -> Tabl
     return table
 
 
-def _widths(columns: Sequence[Column], least: Sequence[int], room: int) -> list[int]:
+def _widths(columns: Sequence[PrintedColumn], least: Sequence[int], room: int) -> list[int]:
     """Column widths: the natural ones if they fit; otherwise the columns with most slack are narrowed first."""
     widths = [max(map(cell_len, (column.heading, *column.cells))) for column in columns]
     while sum(widths) > room:

@@ -16,7 +16,6 @@ from typing import Any, cast, final
 import numpy as np
 
 from workbench.arrays import Floats
-from workbench.beliefs.asking.chat_client import complete
 from workbench.beliefs.asking.prompt_file import CONTAINERS, ITEM, SEEN, ChatEndpoint, Prompt
 from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.worlds.house import ItemType
@@ -63,6 +62,8 @@ class ChatQuestions:
     def ask(self, question: str) -> str:
         if self.endpoint is None:
             raise EstimatorFailed(self.name, "it may not ask anything here")
+        from workbench.beliefs.asking.chat_client import complete
+
         return complete(self.prompt, self.endpoint, question)
 
     def probabilities(
