@@ -27,6 +27,18 @@ def test_known_containers_are_not_unsearched_and_not_visited() -> None:
     assert knowledge.where(EGG.type) == ((LocationId(FRIDGE), EGG),)
 
 
+def test_what_is_known_at_the_start_is_as_seen_one_after_the_other() -> None:
+    known = {TABLE: (MUG,), FRIDGE: (EGG, MUG), BED: ()}
+    at_once, seen = (
+        knowledge_at_start(toy_plan(), toy_travel(), known),
+        knowledge_at_start(toy_plan(), toy_travel(), {}),
+    )
+    for container in sorted(known):
+        seen = seen.seen(container, known[container], in_run=False)
+    assert at_once == seen
+    assert (at_once.unsearched, at_once.where(MUG.type)) == (seen.unsearched, seen.where(MUG.type))
+
+
 def test_seeing_picking_carrying_and_placing() -> None:
     seen = _start().moved(LocationId(COUNTER)).seen(COUNTER, (MUG,))
     assert seen.visited == (COUNTER,)

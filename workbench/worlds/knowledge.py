@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -131,6 +131,7 @@ class Knowledge:
             self.holding,
             there,
             LocationId(container),
+            dict.fromkeys([item.type for item in items]),
             first_seen=first,
             visited=visited,
             searched=container,
@@ -189,7 +190,7 @@ class Knowledge:
         here = self.items_at.get(self.robot_at, ())
         left = tuple([i for i in here if i.id != item.id])
         there = MappingProxyType({**self.items_at, self.robot_at: left})
-        return self._with(self.robot_at, item, there, self.robot_at)
+        return self._with(self.robot_at, item, there, self.robot_at, (item.type,))
 
     def placed(self) -> Knowledge:
         """The knowledge after placing the held item at robot_at."""
@@ -197,7 +198,7 @@ class Knowledge:
             return self
         here = (*self.items_at.get(self.robot_at, ()), self.holding)
         there = MappingProxyType({**self.items_at, self.robot_at: here})
-        return self._with(self.robot_at, None, there, self.robot_at)
+        return self._with(self.robot_at, None, there, self.robot_at, (self.holding.type,))
 
     def without_item(self, item: ItemId) -> Knowledge:
         """The knowledge after an item turned out not to be at its known location."""
@@ -224,6 +225,7 @@ class Knowledge:
         holding: Item | None,
         items_at: Mapping[LocationId, tuple[Item, ...]],
         changed: LocationId | None = None,
+        types: Collection[ItemType] = (),
         *,
         first_seen: Contents | None = None,
         visited: tuple[ContainerId, ...] | None = None,
@@ -233,6 +235,7 @@ class Knowledge:
 
         Args:
             changed: the one location whose items differ from before.
+            types: of the items that differ there.
             searched: the container that first_seen has beyond before.
         """
         first = self.first_seen if first_seen is None else first_seen
@@ -241,7 +244,7 @@ class Knowledge:
             left = derived.unsearched
             if searched is not None:
                 left = tuple([c for c in left if c != searched])
-            by_type = _by_type_after(derived.by_type, changed, self.items_at.get(changed, ()), items_at[changed])
+            by_type = _by_type_after(derived.by_type, changed, items_at[changed], types)
             derived = _Derived(items_at, first, self.closed, self.again, self.plan, self.travel, left, by_type)
         return Knowledge(
             plan=self.plan,
@@ -267,26 +270,23 @@ def _by_type(items_at: Mapping[LocationId, tuple[Item, ...]]) -> Mapping[ItemTyp
 
 
 def _by_type_after(
-    by_type: Mapping[ItemType, Places], at: LocationId, before: tuple[Item, ...], now: tuple[Item, ...]
+    by_type: Mapping[ItemType, Places], at: LocationId, now: tuple[Item, ...], types: Collection[ItemType]
 ) -> Mapping[ItemType, Places]:
-    """The instances of each type after the items of one location changed."""
-    if not before and not now:
+    """The instances of each type after the items of these types changed at one location."""
+    if not types:
         return by_type
     found = dict(by_type)
-    for item_type in {item.type for item in (*before, *now)}:
+    for item_type in types:
         there = [(at, item) for item in now if item.type == item_type]
-        elsewhere = [place for place in found.get(item_type, ()) if place[0] != at]
-        found[item_type] = tuple(sorted([*elsewhere, *there], key=_location)) if elsewhere else tuple(there)
+        places = by_type.get(item_type)
+        if places:
+            there = [*[p for p in places if p[0] < at], *there, *[p for p in places if p[0] > at]]
+        found[item_type] = tuple(there)
     return MappingProxyType(found)
-
-
-def _location(place: tuple[LocationId, Item]) -> LocationId:
-    return place[0]
 
 
 def knowledge_at_start(plan: FloorPlan, travel: TravelCosts, known: Contents) -> Knowledge:
     """The knowledge before the first step: the floor plan and the contents of the given containers."""
-    knowledge = Knowledge(plan=plan, travel=travel)
-    for container in sorted(known):
-        knowledge = knowledge.seen(container, tuple(known[container]), in_run=False)
-    return knowledge
+    first = {container: tuple(known[container]) for container in sorted(known)}
+    there = {LocationId(container): items for container, items in first.items()}
+    return Knowledge(plan=plan, travel=travel, items_at=MappingProxyType(there), first_seen=MappingProxyType(first))
