@@ -5,7 +5,6 @@ Runs go over the log alone (undetermined where it ends), in all consistent world
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -13,29 +12,34 @@ from types import MappingProxyType
 import numpy as np
 
 from replayers.counterfactual.bounds.bounds import Bounds
+from replayers.counterfactual.bounds.world_failure import failure_in_worlds
 from replayers.counterfactual.bounds.world_search import WorldSearch, search_worlds
 from replayers.counterfactual.fast_strategy import fast_strategy
-from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.results import Estimate
 from replayers.counterfactual.run_tree import Leaf, RunTree
 from replayers.counterfactual.sandbox import is_from_outside
+from replayers.counterfactual.single_runs import (
+    end_of,
+    in_truth,
+    over_log_alone,
+    over_log_by_tree,
+    run_in,
+    support_of,
+)
 from replayers.counterfactual.strategy_traits import decision_kind, eq1_parts, looks_by, search_traits, uses_beliefs
-from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions, zero_clock
-from replayers.counterfactual.world_failure import failure_in_worlds
+from replayers.counterfactual.tree.options import TreeOptions
 from replayers.runs.run import Run
 from workbench.arrays import Floats
 from workbench.errors import Unsupported
-from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
-from workbench.execution.loop import LoopOptions, run_task
+from workbench.execution.events import Event, RunEnded, RunStatus
 from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.tolerances import NEAR_COST
-from workbench.worlds.house import ContainerId, Item
-from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.house import ContainerId
 
 __all__ = [
     "PreparedLog",
@@ -149,12 +153,12 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
         return _not_reproduced(prepared, planner.name)
     prepared = replace(prepared, estimator=prepared.estimator_of(planner))  # also where the strategy is wrapped
     evidence, own = prepared.evidence, run_tree_of(prepared, planner)
-    alone = over_log_alone(prepared, planner if prepared.with_paths else own.planner)
-    ended = _undetermined_if_contradicted(_ended(alone), prepared)
+    alone = over_log_alone(prepared, planner) if prepared.with_paths else over_log_by_tree(prepared, own)
+    ended = _undetermined_if_contradicted(end_of(alone), prepared)
     first = _first_unobserved_look(prepared, own.planner) or ended
     found = _world_search(prepared, planner, own, first)
     tree, bounds, drawn = found.tree, found.bounds, found.drawn
-    true = _ended(in_truth(prepared, own.planner)) if prepared.truth is not None and not tree.guesses else None
+    true = end_of(in_truth(prepared, own.planner)) if prepared.truth is not None and not tree.guesses else None
     made = Replay(
         strategy=planner.name,
         status=ended.status,
@@ -245,67 +249,13 @@ def _events_in_worlds(
             yield name, tree.events(leaf, explained_by=planner)
 
 
-def over_log_alone(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
-    """The run over what the log holds and nothing else; it ends undetermined at the first unopened container.
-
-    Looks are believed, and tags in passing are seen where the log shows so; that looks may have missed something, and
-    that a tag may not be seen, is in the bounds.
-    """
-    literal, again = replace(prepared.evidence, misses=0), prepared.is_driven_again(planner)
-    world = LoggedWorld(literal, durations=prepared.durations, paths=prepared.paths, as_recorded=again, turns=True)
-    return _run(prepared, planner, world)
-
-
-def in_truth(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
-    """The run in the recorded truth."""
-    assert prepared.truth is not None, "asked for the truth of a log without one"
-    contents, shown = prepared.truth.contents, prepared.evidence.contents
-    in_all = sum(len(items) for items in contents.values())
-
-    def true_contents(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
-        seen = {item.id for item in shown.get(container, ())}
-        return tuple(item for item in contents[container] if item.id not in seen)
-
-    evidence, again = replace(prepared.evidence, misses=in_all), prepared.is_driven_again(planner)
-    world = LoggedWorld(
-        evidence, filling=true_contents, durations=prepared.durations, paths=prepared.paths, as_recorded=again
-    )
-    return _run(prepared, planner, world)
-
-
-def support_of(events: tuple[Event, ...]) -> dict[str, int]:
-    """How many steps have which support: logged, implied, imputed."""
-    counted = Counter(e.support for e in events if isinstance(e, ActionEnded | ContainerObserved) and e.support)
-    return dict(sorted(counted.items()))
-
-
-def _run(prepared: PreparedLog, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
-    evidence = prepared.evidence
-    events = run_task(
-        world,
-        planner,
-        prepared.estimator_of(planner),
-        evidence.task,
-        costs=evidence.costs,
-        seed=evidence.info.seed,
-        options=LoopOptions(max_steps=MAX_STEPS, stopwatch=zero_clock),
-    )
-    return tuple(with_beliefs(events))
-
-
-def _ended(events: tuple[Event, ...]) -> RunEnded:
-    ended = events[-1]
-    assert isinstance(ended, RunEnded), "the loop always ends with Ended"
-    return ended
-
-
 def _first_unobserved_look(prepared: PreparedLog, planner: Strategy) -> RunEnded | None:
     """Where looks may have missed, or tags in passing count, how a run ends that stops at the first look that may
     have missed, and sees no tag."""
     if not prepared.evidence.misses and prepared.evidence.tags is None:
         return None
     again = prepared.is_driven_again(planner)
-    return _ended(_run(prepared, planner, LoggedWorld(prepared.evidence, with_paths=False, as_recorded=again)))
+    return end_of(run_in(prepared, planner, LoggedWorld(prepared.evidence, with_paths=False, as_recorded=again)))
 
 
 def _undetermined_if_contradicted(ended: RunEnded, prepared: PreparedLog) -> RunEnded:
@@ -324,7 +274,7 @@ def _in_truth_only(prepared: PreparedLog, strategy_name: str, origin: NameOrigin
             f"{strategy_name} knows the whole house, so a replay needs the recorded truth. Give --with-truth."
         )
     events = in_truth(prepared, strategy(strategy_name, origin=origin, house=prepared.truth))
-    ended = _ended(events)
+    ended = end_of(events)
     return Replay(
         strategy=resolved_name(strategy_name),
         status=ended.status,

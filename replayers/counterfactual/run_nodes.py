@@ -96,6 +96,7 @@ class Segment:
         ended: how the run ended; None at an unobserved look.
         decided: the decisions in it, each with what it was made by; None where that is unknown.
         moves_to_look: its moves on which the robot may see a tag in passing; on none of them it does.
+        without_events: it was run without events (tree/quick_segment.py): nothing in it is out of the ordinary.
     """
 
     cost: float
@@ -105,6 +106,7 @@ class Segment:
     ended: SegmentEnd | None
     decided: tuple[tuple[DecisionBasis | None, Decision], ...] = ()
     moves_to_look: tuple[PricedMove, ...] = ()
+    without_events: bool = False
 
     @property
     def done(self) -> bool:

@@ -321,6 +321,7 @@ class RunTree:
             unobserved=unobserved,
             ended=SegmentEnd(RunStatus.DONE, GOAL_MET) if unobserved is None else None,
             decided=tuple(made.decided),
+            without_events=True,
         )
 
     def _by_beliefs(self, basis: DecisionBasis | None) -> bool:

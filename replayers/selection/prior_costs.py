@@ -19,13 +19,13 @@ from replayers.batch.replay_all import Outcome, strategies_named
 from replayers.batch.replays import Replays
 from replayers.batch.store import StoredReplay, replay_path, write_replay
 from replayers.counterfactual.bounds.search_cache import SearchCache
+from replayers.counterfactual.bounds.world_failure import failure_in_worlds
 from replayers.counterfactual.estimates.estimate import costs_in
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, drawer_of, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.replay import run_tree_of
 from replayers.counterfactual.sandbox import is_foreign
-from replayers.counterfactual.world_failure import failure_in_worlds
 from replayers.runs.run import read
 from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
 from workbench.errors import LiosError

@@ -1,0 +1,200 @@
+"""The events of a run over a plain log, told from the decisions of its first segment (quick_segment.py).
+
+The same as the closed loop's in the world of that log (logged_world.py), but nobody is asked again, and what the
+robot knows is not followed: where a segment was run without events, every step is legal and nothing is refused. Tests
+compare the two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis
+from replayers.counterfactual.durations import Durations
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.evidence_rules import IMPLIED, LOGGED
+from workbench.execution.events import (
+    ActionEnded,
+    BeliefUpdated,
+    ContainerObserved,
+    Event,
+    FindCostsUpdated,
+    PlanMade,
+    RunEnded,
+    RunStatus,
+)
+from workbench.execution.in_passing import unknown_in_words
+from workbench.execution.run_end import GOAL_MET
+from workbench.planning.plans import PlanStep
+from workbench.planning.strategy import Decision
+from workbench.worlds.house import START, ContainerId, Item, ItemId, ItemType, LocationId
+from workbench.worlds.world import NotInLog
+
+Decided = Sequence[tuple[DecisionBasis | None, Decision]]
+"""Decisions of a segment, each with what it was made by."""
+
+
+def plain_events(
+    evidence: Evidence, decided: Decided, unseen: ContainerId | None, *, durations: Durations
+) -> Iterator[Event]:
+    """The events of a run from the start up to its first look into an open container, or to its end.
+
+    Args:
+        evidence: of a plain log (quick_segment.is_plain).
+        decided: all decisions up to there.
+        unseen: the open container; None where the run meets its goal.
+        durations: how long actions take.
+    """
+    return _PlainRun(evidence, durations, evidence.info.started.ns).events(decided, unseen)
+
+
+@final
+@dataclass(slots=True)
+class _PlainRun:
+    """A run as far as it was told.
+
+    Attributes:
+        put_down: what the robot put where.
+    """
+
+    evidence: Evidence
+    durations: Durations
+    now_ns: int
+    robot_at: LocationId = START
+    held: Item | None = None
+    put_down: dict[LocationId, tuple[Item, ...]] = field(default_factory=dict[LocationId, tuple[Item, ...]])
+    decision: int = 0
+    steps: int = 0
+    searches: int = 0
+    cost: float = 0.0
+    travel_m: float = 0.0
+    reason: str = "start"
+
+    def events(self, decided: Decided, unseen: ContainerId | None) -> Iterator[Event]:
+        for container, items in sorted(self.evidence.known.items()):
+            yield ContainerObserved(
+                stamp_ns=self.now_ns,
+                decision=0,
+                container=container,
+                items=tuple(items),
+                robot_at=START,
+                known_at_start=True,
+                passing_from=self.evidence.seen_at_start.get(container),
+            )
+        for basis, made in decided:
+            assert basis is not None, "a segment without events knows what its decisions were made by"
+            yield from self._decided(basis, made)
+            yield from self._carried_out(made)
+        yield self._ended(unseen)
+
+    def _decided(self, basis: DecisionBasis, made: Decision) -> Iterator[Event]:
+        self.decision += 1
+        yield BeliefUpdated(stamp_ns=self.now_ns, decision=self.decision, belief=basis.view.belief)
+        if made.find_costs is not None:
+            yield FindCostsUpdated(stamp_ns=self.now_ns, decision=self.decision, find_costs=made.find_costs)
+        yield PlanMade(
+            stamp_ns=self.now_ns,
+            decision=self.decision,
+            robot_at=self.robot_at,
+            reason=self.reason,
+            made=made,
+            belief_s=0.0,
+            planning_s=0.0,
+        )
+
+    def _carried_out(self, made: Decision) -> Iterator[Event]:
+        if made.look_on_the_way:
+            yield from self._look(ContainerId(made.look_on_the_way[0]), (), " (a look on the way)")
+            return
+        for step in made.plan.steps[: made.steps_now]:
+            if step.action == "find":
+                yield from self._look(made.search_order[0].container, step.item_types, "")
+                return
+            yield self._walk(step) if step.action == "move" else self._handle(step)
+        self.reason = "the plan is done" if made.steps_now is None else "the next steps are decided anew"
+
+    def _look(self, container: ContainerId, sought: tuple[ItemType, ...], why: str) -> Iterator[Event]:
+        place = LocationId(container)
+        if self.robot_at != place:
+            metres = self.evidence.travel.between(self.robot_at, place) or 0.0
+            yield self._walk(PlanStep(action="move", origin=self.robot_at, target=place, cost=metres))
+        inside = self.evidence.contents.get(container)
+        if inside is None:
+            return
+        step = PlanStep(action="search", origin=place, target=place, cost=self.evidence.costs.search)
+        self.searches += 1
+        yield self._acted(step, self.evidence.costs.search, self.durations.look_ns, support=LOGGED)
+        ids = {item.id for item in inside}
+        items = (*inside, *(item for item in self.put_down.get(place, ()) if item.id not in ids))
+        found = sorted({item.type for item in items if item.type in sought})
+        self.reason = (f"found {', '.join(found)} in {container}" if found else f"searched {container}") + why
+        yield ContainerObserved(
+            stamp_ns=self.now_ns,
+            decision=self.decision,
+            container=container,
+            items=items,
+            robot_at=place,
+            support=LOGGED,
+        )
+
+    def _walk(self, step: PlanStep) -> ActionEnded:
+        metres = self.evidence.travel.between(self.robot_at, step.target) or 0.0
+        support = LOGGED if (self.robot_at, step.target) in self.evidence.walked else IMPLIED
+        self.robot_at = step.target
+        self.travel_m += metres
+        return self._acted(step, metres, self.durations.move_ns(metres), support=support, travel_m=metres)
+
+    def _handle(self, step: PlanStep) -> ActionEnded:
+        at = self.robot_at
+        if step.action == "pick":
+            self.held = self._item_here(step.items[0])
+            self.put_down[at] = tuple(item for item in self.put_down.get(at, ()) if item is not self.held)
+        elif self.held is not None:
+            self.put_down[at] = (*self.put_down.get(at, ()), self.held)
+            self.held = None
+        support = LOGGED if (step.action, at, step.items) in self.evidence.done else IMPLIED
+        return self._acted(step, self.evidence.costs.manipulation, self.durations.manipulation_ns, support=support)
+
+    def _item_here(self, item_id: ItemId) -> Item:
+        inside = self.evidence.contents.get(ContainerId(self.robot_at), ())
+        return next(item for item in (*self.put_down.get(self.robot_at, ()), *inside) if item.id == item_id)
+
+    def _acted(
+        self, step: PlanStep, cost: float, took_ns: int, *, support: str, travel_m: float = 0.0
+    ) -> ActionEnded:
+        start = self.now_ns
+        self.now_ns += took_ns
+        self.cost += cost
+        self.steps += 1
+        return ActionEnded(
+            stamp_ns=self.now_ns,
+            decision=self.decision,
+            index=self.steps,
+            start_ns=start,
+            step=step,
+            cost=cost,
+            success=True,
+            travel_m=travel_m,
+            standing=self.evidence.place.standing.get(step.target),
+            items=step.items,
+            support=support,
+        )
+
+    def _ended(self, unseen: ContainerId | None) -> RunEnded:
+        status, reason = RunStatus.DONE, GOAL_MET
+        if unseen is not None:
+            status = RunStatus.UNDETERMINED
+            reason = unknown_in_words(NotInLog(start_ns=self.now_ns, container=unseen), LocationId(unseen))
+        return RunEnded(
+            stamp_ns=self.now_ns,
+            decision=self.decision,
+            status=status,
+            cost=self.cost,
+            own_cost=self.cost,
+            reason=reason,
+            searches=self.searches,
+            travel_m=self.travel_m,
+            unseen=unseen,
+        )
