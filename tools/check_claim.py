@@ -288,11 +288,11 @@ def main(paths):
             print(f"{path}: refused: {why}")
             code = 1
     for (a, ours), (b, theirs) in combinations(by_strategy.items(), 2):
-        if both := ours.keys() & theirs.keys():
+        if n := len(both := ours.keys() & theirs.keys()):
             low, high, least, most = (sum(side[k][end] for k in both) for side in (ours, theirs) for end in (0, 1))
             neither = f"neither of {a} and {b} is shown to beat the other"
             beats = f"{a} beats {b}" if high < least - NEAR else f"{b} beats {a}" if most < low - NEAR else neither
-            print(f"{beats} on {len(both)} trial{'s' * (len(both) > 1)}, in every world that agrees with the logs")
+            print(f"{beats} on {n} trial{'s in sum' * (n > 1)}, in every world that agrees with the logs")
     return code
 
 

@@ -111,6 +111,11 @@ def signed_percentage(share: float | None) -> str | None:
     return None if share is None else f"{100 * share:+.1f} %"
 
 
+def percentage(share: float | None) -> str | None:
+    """A share as a percentage, "10.0 %"; None for none."""
+    return None if share is None else f"{100 * share:.1f} %"
+
+
 def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Iterator[T]:
     """Iterate over the items, with a progress bar if standard error is a terminal."""
     if not _is_terminal():

@@ -31,6 +31,12 @@ def test_all_are_there_and_small() -> None:
     assert all((LOGS / f"{name}.mcap").stat().st_size < 1_000_000 for name in NAMES)
 
 
+@pytest.mark.parametrize("page", ["docs/log-format.md", "docs/limits.md"])
+def test_pages_give_their_sizes(page: str) -> None:
+    sizes = sorted(path.stat().st_size / 1000 for path in LOGS.glob("*.mcap"))
+    assert f"{sizes[0]:.0f} to {sizes[-1]:.0f} kB" in (ROOT / page).read_text(encoding="utf-8")
+
+
 def test_readme_names_each() -> None:
     readme = (LOGS / "README.md").read_text(encoding="utf-8")
     assert [name for name in NAMES if f"{name}.mcap" not in readme and not name.startswith("spot-home")] == []

@@ -72,9 +72,9 @@ def test_what_is_drawn_is_said() -> None:
     single = mean_with_interval([1.0], ["a"], rng=rng())
     drew = [estimate.resampled("houses", "logs") for estimate in (many, one, single)]
     assert drew == ["houses", "logs of one house", "nothing"]
-    assert intervals_in_words(drew[:1]) == "95 % intervals draw houses"
+    assert intervals_in_words(drew[:1]) == "95 % intervals resample houses"
     assert intervals_in_words(drew[1:2]) == (
-        "95 % intervals draw logs of one house, widened for their number: they say nothing of another house"
+        "95 % intervals resample logs of one house, widened for their number: they say nothing of another house"
     )
     assert intervals_in_words(drew[2:]) == "a single trial has no interval"
     assert intervals_in_words([]) == ""

@@ -180,7 +180,7 @@ def test_logs_of_one_place_draw_logs_and_say_so(tmp_path: Path, capsys: pytest.C
     low, high = row["drawn_ci95"]
     assert low < row["drawn_difference"] - 1 < row["drawn_difference"] + 1 < high  # all logs lie within 1
     assert lios(["compare", str(folder)]) == 0
-    assert "draw logs of one house" in capsys.readouterr().err
+    assert "resample logs of one house" in capsys.readouterr().err
     for k in (1, 2):
         for path in (folder / f"{k}").iterdir():
             path.unlink()

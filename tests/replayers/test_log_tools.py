@@ -201,7 +201,7 @@ def test_long_work_shows_how_far_it_is_on_a_terminal_only(
     assert "\x1b[" in told.err
 
 
-def test_a_split_log_merges_to_itself(log: Path, tmp_path: Path):
+def test_a_split_log_merges_to_itself(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert _lios("log", "split", log, "-o", tmp_path / "p" / "part.mcap", "--every", "4") == 0
     parts = sorted((tmp_path / "p").glob("*.mcap"))
     assert len(parts) == 4
@@ -210,6 +210,7 @@ def test_a_split_log_merges_to_itself(log: Path, tmp_path: Path):
         assert {"/map", "/viz/scene"} <= {m.topic for m in messages(part)}
         assert examine(part).verdict is Verdict.FINE
     assert _lios("log", "merge", *parts, "-o", tmp_path / "m.mcap") == 0
+    assert "repeats of them in other logs were not written again" in capsys.readouterr().err
     assert sorted(_facts(tmp_path / "m.mcap")) == sorted(_facts(log))
     assert examine(tmp_path / "m.mcap").verdict is Verdict.FINE
 

@@ -178,7 +178,7 @@ def intervals_in_words(drew: Iterable[str], *, level: float = 0.95) -> str:
     if not kinds:
         return ""
     shown = " or ".join(kind for kind in kinds if kind != "nothing")
-    words = f"{100 * level:.0f} % intervals draw {shown}" if shown else "a single trial has no interval"
+    words = f"{100 * level:.0f} % intervals resample {shown}" if shown else "a single trial has no interval"
     alone = [kind.rpartition(" of one ")[2] for kind in kinds if " of one " in kind]
     return words + (f", widened for their number: they say nothing of another {alone[0]}" if alone else "")
 

@@ -205,13 +205,21 @@ MISSED = ("policy", "mean_cost", "found", "saved_of_greedy", "searches")
 SHARES = ("saved_of_greedy", "oracle_gap_closed")
 """Columns whose values are shares of another cost: shown as signed percentages, as "against model lios" is."""
 
+PARTS = ("found", "worse_than_greedy")
+"""Columns whose values are shares of the queries."""
+
 
 def _show(answer: dict[str, Any], output: Path | None) -> None:
     from workbench.evaluation.statistics import ends_in_words, intervals_in_words
-    from workbench.terminal import emit_table, say, signed_percentage
+    from workbench.terminal import emit_table, percentage, say, signed_percentage
 
     title = f"{answer['queries']} queries in {answer['houses']} houses ({answer['split']})"
-    shown = [row | {name: signed_percentage(row[name]) for name in SHARES} for row in answer["rows"]]
+    shown = [
+        row
+        | {name: signed_percentage(row[name]) for name in SHARES}
+        | {name: percentage(row[name]) for name in PARTS}
+        for row in answer["rows"]
+    ]
     emit_table(shown, columns=MISSED if answer["miss_rate"] else SHOWN, title=title)
     if answer["miss_rate"]:
         _say_what_robust_saves(answer)

@@ -140,7 +140,7 @@ def merge(
     done = merge_logs(
         logs, output, style, several_runs=runs, allow_duplicates=allow_duplicates, progress=bar("merge")
     )
-    _report(done, as_json)
+    _report(done, as_json, left_out="{:,} repeats of them in other logs were not written again")
 
 
 def split(
@@ -230,7 +230,14 @@ class UnknownFormat(Unsupported):
         )
 
 
-def _report(done: RewriteReport, as_json: bool, blur: FaceBlur | None = None) -> None:
+def _report(
+    done: RewriteReport, as_json: bool, blur: FaceBlur | None = None, *, left_out: str = "{:,} left out"
+) -> None:
+    """Says what was written.
+
+    Args:
+        left_out: how many messages were not, and why.
+    """
     if as_json:
         emit_json(
             {
@@ -244,7 +251,7 @@ def _report(done: RewriteReport, as_json: bool, blur: FaceBlur | None = None) ->
         )
     for path in done.outputs:
         say(f"{path}: {path.stat().st_size:,} bytes")
-    say(f"{done.messages:,} messages" + (f", {done.dropped:,} left out" if done.dropped else ""))
+    say(f"{done.messages:,} messages" + (f"; {left_out.format(done.dropped)}" if done.dropped else ""))
     for damage in done.loss.damages[:5]:
         warn(damage)
     if done.parts_missing:

@@ -201,6 +201,17 @@ def test_claims_whose_bounds_overlap_beat_nothing(tmp_path: Path, capsys: pytest
     assert "neither of opt-lios and pes-greedy is shown to beat the other on 1 trial" in said
 
 
+def test_several_trials_are_compared_in_sum(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Over home B both cost the same: what is claimed is the sum, not that one beats the other on each trial."""
+    paths = [str(LOGS / f"{log}.mcap") for log in ("spot-home-A", "spot-home-B")]
+    for log in ("spot-home-A", "spot-home-B"):
+        for name in ("model-lios", "conditioned-lios"):
+            paths.append(str(tmp_path / f"{log}-{name}.lios.zip"))
+            write_claim(Path(paths[-1]), json.loads(claimed(log, name)))
+    assert checker().main(paths) == 0
+    assert "conditioned-lios beats model-lios on 2 trials in sum" in capsys.readouterr().out
+
+
 def test_the_same_certificate_is_the_same_bytes(tmp_path: Path) -> None:
     for name in ("a", "b"):
         write_claim(tmp_path / name, json.loads(claimed("find-greedy", "opt-lios")))
