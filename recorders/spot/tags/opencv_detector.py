@@ -25,6 +25,13 @@ MAX_PIXELS = 50_000_000
 HALF_A_TURN = 2
 """Corners: OpenCV holds each tag of the AprilTag families turned by half a turn, so that the corner that it names
 first is the lower right one of a tag that stands upright."""
+CENTRE_PX = 0.5
+"""Corners refined by AprilTag's method have the centre of the first pixel at (0.5, 0.5), lenses have it at (0, 0):
+findings/opencv-apriltag-corners-half-a-pixel.sh."""
+OUT_OF_THE_PAGE = np.diag([1.0, -1.0, -1.0])
+"""From y down and z into the page to y up and z out of it."""
+QUARTERS = (np.eye(3), np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+"""Back from a square that is laid from its second corner."""
 ALVAR = "alvar"
 """The family of ar_track_alvar's tags."""
 
@@ -106,7 +113,7 @@ def _found(
     corners, numbers, _ = cv2.aruco.ArucoDetector(known, settings).detectMarkers(np.ascontiguousarray(picture))
     for quad, number in zip(corners, () if numbers is None else numbers.ravel().tolist(), strict=True):
         size_m = sizes_m.get(number, ROBOT_TAG_M)
-        upright = np.roll(np.asarray(quad, dtype=np.float64).reshape(4, 2), turned, axis=0)
+        upright = np.roll(np.asarray(quad, dtype=np.float64).reshape(4, 2) - CENTRE_PX, turned, axis=0)
         seen = _pose(cv2, upright, lens, size_m)
         if seen is not None:
             pose, status, error_px = seen
@@ -116,25 +123,37 @@ def _found(
 def _pose(cv2: Any, quad: Floats, lens: Lens, size_m: float) -> tuple[SE3Pose, TagStatus, float] | None:
     """The pose of a square, from its corners, clockwise from the tag's upper left: the better of the two that it
     allows."""
-    half = size_m / 2
-    ahead = _undistorted(cv2, quad, lens)
-    square = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]], dtype=np.float64)
-    count, turns, shifts, errors = cv2.solvePnPGeneric(
-        square, ahead.reshape(4, 1, 2), np.eye(3), None, flags=cv2.SOLVEPNP_IPPE_SQUARE
-    )
-    if not count:
-        return None
-    focal = (lens.fx + lens.fy) / 2
-    found = zip(turns, shifts, errors, strict=True)
-    ahead_of = [
-        (float(np.ravel(error)[0]) * focal, cv2.Rodrigues(turn)[0], np.ravel(shift)) for turn, shift, error in found
-    ]
-    fits = sorted((fit for fit in ahead_of if np.isfinite(fit[2]).all() and fit[2][2] > 0), key=lambda fit: fit[0])
+    fits = _fits(cv2, _undistorted(cv2, quad, lens), size_m, (lens.fx + lens.fy) / 2)
     if not fits:
         return None
     error_px, rotation, at = fits[0]
     pose = SE3Pose(x=float(at[0]), y=float(at[1]), z=float(at[2]), rot=Quat.from_matrix(rotation))
     return pose, _status(fits), error_px
+
+
+def _fits(cv2: Any, ahead: Floats, size_m: float, focal: float) -> list[tuple[float, Floats, Floats]]:
+    """The two poses that a square allows, as error, rotation and place, the better one first.
+
+    OpenCV's method for squares fails for rotations of half a turn, as those of tags that face the camera exactly are
+    (findings/opencv-pose-of-a-facing-tag.sh). The square is therefore laid into the page, once from each of two
+    corners, and the better answer taken; where there is none, that of another method.
+    """
+    half = size_m / 2
+    square = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]], dtype=np.float64)
+    answers: list[list[tuple[float, Floats, Floats]]] = []
+    for method, corner in ((cv2.SOLVEPNP_IPPE, 0), (cv2.SOLVEPNP_IPPE, 1), (cv2.SOLVEPNP_ITERATIVE, 0)):
+        if method == cv2.SOLVEPNP_ITERATIVE and answers:
+            break
+        points = np.roll(ahead, -corner, axis=0).reshape(4, 1, 2)
+        _, turns, shifts, errors = cv2.solvePnPGeneric(square, points, np.eye(3), None, flags=method)
+        upright = QUARTERS[corner] @ OUT_OF_THE_PAGE
+        fits = [
+            (float(np.ravel(error)[0]) * focal, cv2.Rodrigues(turn)[0] @ upright, np.ravel(shift))
+            for turn, shift, error in zip(turns, shifts, errors, strict=True)
+            if np.isfinite(turn).all() and np.isfinite(shift).all() and np.ravel(shift)[2] > 0
+        ]
+        answers += [sorted(fits, key=lambda fit: fit[0])] if fits else []
+    return min(answers, key=lambda fits: fits[0][0], default=[])
 
 
 def _status(fits: list[tuple[float, Floats, Floats]]) -> TagStatus:
