@@ -1,4 +1,4 @@
-"""Compiled functions on disk: a file that was cut off is compiled again."""
+"""Compiled functions on disk: what was cut off, or rests on a file that has changed, is compiled again."""
 
 from __future__ import annotations
 
@@ -33,3 +33,35 @@ def test_a_file_that_was_cut_off_is_made_again(tmp_path: Path, suffix: str, monk
     (kept,) = (tmp_path / "cache").rglob(f"*.{suffix}")
     kept.write_bytes(kept.read_bytes()[: 0 if suffix == "nbi" else 40])
     assert [told(tmp_path), told(tmp_path)] == [["42.0", "0"], ["42.0", "1"]]
+
+
+CALLED = """
+from workbench.third_party.kernels import kernel
+
+@kernel()
+def times(x):
+    return {factor} * x
+"""
+CALLING = """
+import called
+from workbench.third_party.kernels import kernel
+
+@kernel(beside=(called,))
+def multiplied(x):
+    return called.times(x)
+
+print(multiplied(21.0), sum(multiplied.stats.cache_hits.values()))
+"""
+
+
+@pytest.mark.ci
+def test_what_calls_a_function_that_has_changed_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    (tmp_path / "doubling.py").write_text(CALLING)
+    (tmp_path / "called.py").write_text(CALLED.format(factor=2.0))
+    assert [told(tmp_path), told(tmp_path)] == [["42.0", "0"], ["42.0", "1"]]
+    (tmp_path / "called.py").write_text(CALLED.format(factor=10.0))
+    assert told(tmp_path) == ["210.0", "0"]

@@ -66,7 +66,7 @@ def test_a_command_loads_nothing_big_that_it_does_not_use(command: str, spared: 
 @pytest.mark.skipif(not is_tried(), reason="numba loads its functions itself")
 def test_what_is_compiled_already_is_loaded_without_the_compiler() -> None:
     """What numba prepares in order to compile, scipy.linalg among it, takes a quarter of a replay's start."""
-    command = ("replay", "logs/deliver-3.mcap", "-s", "opt-greedy", "--workers", "1")
+    command = ("replay", "logs/find-lios.mcap", "-s", "opt-greedy", "-s", "scout-lios", "--workers", "1")
     _loaded(RUN, *command)
     spared = {"scipy.linalg", "numba.np.arraymath", "numba.np.npyfuncs", "numba.typed.typeddict"}
     assert not spared & _loaded(RUN + TELL, *command)

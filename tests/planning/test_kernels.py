@@ -12,9 +12,9 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house, toy_plan, to
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import ActionEnded, PlanMade, RunStatus
 from workbench.execution.loop import outcome_of, run_task
+from workbench.planning.rollouts import choice
 from workbench.planning.rollouts import kernels as rollouts
-from workbench.planning.rollouts.first_steps import FirstStep, alternative_first_steps, best_first_step
-from workbench.planning.rollouts.kernels import FETCH, LOOK
+from workbench.planning.rollouts.first_steps import FETCH, LOOK, FirstStep, best_first_step
 from workbench.planning.rollouts.scout import Scout
 from workbench.planning.rollouts.situations import Delivery, delivery_of
 from workbench.planning.strategies import strategy
@@ -54,14 +54,19 @@ def beginning(of: Strategy, view: View) -> tuple[object, ...]:
 
 
 def one_world(of: Delivery, *held: tuple[int, str]) -> np.ndarray:
-    world = np.zeros((1, len(of.wants), len(of.containers)), dtype=np.bool_)
+    world = np.zeros((1, len(of.containers)), dtype=np.uint8)
     for want, container in held:
-        world[0, want, of.containers.index(container)] = True  # type: ignore[arg-type]
+        world[0, of.containers.index(container)] |= 1 << want  # type: ignore[arg-type]
     return world
 
 
 def cost(of: Delivery, kind: int, target: int, world: np.ndarray) -> float:
-    return float(rollouts.rollout_costs(np.array([kind]), np.array([target]), of.situation, world)[0, 0])
+    step = FirstStep(kind, target).move(of)
+    return float(rollouts.rollout_costs(np.array([step]), of.situation, world)[0, 0])
+
+
+def candidates(of: Delivery, own: FirstStep) -> list[int]:
+    return choice.candidate_steps(own.move(of), 16, of.situation).tolist()
 
 
 def test_costs_of_first_looks_by_hand() -> None:
@@ -104,12 +109,12 @@ def test_the_mean_over_worlds_is_the_expected_cost_of_the_search(chances: list[f
     )
     search = policy("marginal-lios").search(query)  # type: ignore[attr-defined]
     rng, worlds = np.random.default_rng(1), 4000
-    held = np.zeros((worlds, 1, 5), dtype=np.bool_)
+    shows = np.zeros((worlds, 5), dtype=np.uint8)
     even = (rng.permutation(worlds) + rng.random(worlds)) / worlds
-    rollouts.sample_worlds(here.situation.chance[0], True, even, rng.random((worlds, 5)), held[:, 0])
-    assert held.any(axis=2).all(), "what exists is somewhere"
+    choice.sample_worlds(here.situation.chance[0], True, even, rng.random((worlds, 5)), 0, shows)
+    assert shows.any(axis=1).all(), "what exists is somewhere"
     first = here.containers.index(search.stops[0].container)
-    costs = rollouts.rollout_costs(np.array([LOOK]), np.array([first]), here.situation, held)[0]
+    costs = rollouts.rollout_costs(np.array([first]), here.situation, shows)[0]
     assert costs.mean() == pytest.approx(search.cost + 5, abs=4 * costs.std() / np.sqrt(worlds))
 
 
@@ -118,17 +123,18 @@ def test_worlds_run_together_cost_what_each_costs_alone() -> None:
     goal = AllOf(parts=(MUG_TO_BED, Delivered(item_type=BOOK, at=LocationId(DESK))))
     here = delivery(view_of(goal, {BOOK: [0.2, 0.3, 0.2, 0.1, 0.4], MUG: [0.3, 0.2, 0.3, 0.1, 0.1]}))
     held = np.random.default_rng(3).random((40, 2, 5)) < 0.3
-    looks = np.full(5, LOOK), np.arange(5)
-    together = rollouts.rollout_costs(*looks, here.situation, held)
-    alone = [rollouts.rollout_costs(*looks, here.situation, world[None])[:, 0] for world in held]
+    shows = (held * np.array([1, 2])[:, None]).sum(axis=1).astype(np.uint8)
+    together = rollouts.rollout_costs(np.arange(5), here.situation, shows)
+    alone = [rollouts.rollout_costs(np.arange(5), here.situation, world[None])[:, 0] for world in shows]
     assert together.T.tolist() == np.array(alone).tolist()
     assert together.max() > rollouts.FAILURE_COST, "in some worlds one of them is nowhere"
     assert together.min() < rollouts.FAILURE_COST
 
 
 def test_what_may_not_exist_is_drawn_as_it_is_believed() -> None:
-    rng, held = np.random.default_rng(2), np.zeros((4000, 2), dtype=np.bool_)
-    rollouts.sample_worlds(np.array([0.3, 0.6]), False, rng.random(4000), rng.random((4000, 2)), held)
+    rng, shows = np.random.default_rng(2), np.zeros((4000, 2), dtype=np.uint8)
+    choice.sample_worlds(np.array([0.3, 0.6]), False, rng.random(4000), rng.random((4000, 2)), 1, shows)
+    held = shows == 2
     assert held.mean(axis=0) == pytest.approx([0.3, 0.6], abs=0.04)
     assert held.any(axis=1).mean() == pytest.approx(1 - 0.7 * 0.4, abs=0.04)
 
@@ -139,8 +145,8 @@ def test_a_known_mug_far_away_does_not_end_the_search() -> None:
     view = view_of(Delivered(item_type=MUG, at=START), {MUG: [0.0, 0.0, 0.95, 0.0]}, knowledge)
     here = delivery(view)
     table = FirstStep(LOOK, here.containers.index(TABLE))
-    assert table in alternative_first_steps(FirstStep(FETCH, 0), here, looks=16)
-    assert best_first_step((FirstStep(FETCH, 0), table), here, worlds=60, rng=np.random.default_rng(0)) == table
+    assert table.move(here) in candidates(here, FirstStep(FETCH, 0))
+    assert best_first_step(FirstStep(FETCH, 0), here, looks=16, worlds=60, seed=(0,)) == table
     assert strategy("conditioned-lios").decide(view).plan.steps[0].target == DESK
     assert strategy("scout-lios").decide(view).look_on_the_way == (TABLE,)
 
@@ -150,7 +156,8 @@ def test_a_nearer_errand_comes_first() -> None:
     knowledge = NOTHING_KNOWN.seen(COUNTER, (item("Mug|1"), item("Book|1")))
     goal = AllOf(parts=(MUG_TO_BED, Delivered(item_type=BOOK, at=LocationId(DESK))))
     view = view_of(goal, {BOOK: [0.0] * 4, MUG: [0.0] * 4}, knowledge)
-    assert alternative_first_steps(FirstStep(FETCH, 0), delivery(view), looks=16) == ()
+    own = FirstStep(FETCH, 0)
+    assert candidates(delivery(view), own) == [own.move(delivery(view))]
     assert strategy("scout-lios").decide(view).plan.cost == 2 + 6 + 6 + 7 + 4 * 5
 
 

@@ -59,6 +59,16 @@ class SearchSpace:
         )
 
 
+def reachable(
+    containers: tuple[ContainerId, ...], travel: TravelCosts
+) -> tuple[tuple[ContainerId, ...], list[int] | None]:
+    """Those of the containers that can be reached, and their indices; None for all of them."""
+    if travel.reaches_all(containers):
+        return containers, None
+    columns = [j for j, c in enumerate(containers) if travel.reaches(LocationId(c))]
+    return tuple(containers[j] for j in columns), columns
+
+
 def search_space(
     belief: Belief, travel: TravelCosts, *, origins: Sequence[LocationId], targets: Sequence[LocationId]
 ) -> SearchSpace:
@@ -67,11 +77,8 @@ def search_space(
     Raises:
         LocationOutOfReach: an origin or target that is not on the axis of the travel costs.
     """
-    containers, probability = belief.containers, belief.probability
-    if not travel.reaches_all(containers):
-        reachable = [j for j, c in enumerate(containers) if travel.reaches(LocationId(c))]
-        containers = tuple(containers[j] for j in reachable)
-        probability = np.ascontiguousarray(probability[:, reachable])
+    containers, columns = reachable(belief.containers, travel)
+    probability = belief.probability if columns is None else np.ascontiguousarray(belief.probability[:, columns])
     at = travel.rows(containers)
     starts, ends = _indices(travel, origins), _indices(travel, targets)
     return SearchSpace(

@@ -21,6 +21,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from functools import cache
+from types import ModuleType
 from typing import Any, TypeVar, cast
 
 import llvmlite.binding as llvm
@@ -34,17 +35,24 @@ TRIED_VERSIONS = ("0.68.1",)
 """Of numba, on Linux on x86-64; what is used of it here is not part of its interface."""
 
 
-def kernel(**options: Any) -> Callable[[Function], Function]:
+def kernel(
+    *, beside: tuple[ModuleType, ...] = (), borrows: bool = False, **options: Any
+) -> Callable[[Function], Function]:
     """A decorator that compiles a function, keeps its machine code on disk, and releases the GIL in calls.
 
     Args:
+        beside: other modules whose kernels it calls: it is compiled anew where one of them has changed, as numba does
+            by itself where the function's own file has.
+        borrows: it makes no arrays and returns none, so that the references to those that it is given need not be
+            counted. Counting takes most of the time of a short function that takes arrays out of a named tuple.
         options: of numba.njit besides.
     """
 
     def compiled(function: Function) -> Function:
-        made = cast(Any, numba.njit(cache=True, nogil=True, **options)(function))
-        if is_tried() and hasattr(made, "_cache"):  # it has none where compiling is switched off
-            made._cache = _LoadedFirst(function)
+        uncounted = {"_nrt": False} if borrows else {}
+        made = cast(Any, numba.njit(cache=True, nogil=True, **uncounted, **options)(function))
+        if hasattr(made, "_cache"):  # it has none where compiling is switched off
+            made._cache = (_LoadedFirst if is_tried() else _StampedCache)(function, beside)
         return made
 
     return compiled
@@ -107,7 +115,20 @@ def _no_code() -> bytes:
     return cast(Any, llvm).parse_assembly("").as_bitcode()
 
 
-class _LoadedFirst(caching.FunctionCache):
+class _StampedCache(caching.FunctionCache):
+    """A function's cache on disk, stale where its file or one of the modules beside it has changed."""
+
+    def __init__(self, function: Callable[..., Any], beside: tuple[ModuleType, ...]) -> None:
+        super().__init__(function)
+        if beside:
+            files = [os.stat(str(module.__file__)) for module in beside]
+            stamp = self._impl.locator.get_source_stamp(), *((file.st_mtime, file.st_size) for file in files)
+            self._cache_file = caching.IndexDataCacheFile(
+                cache_path=self._cache_path, filename_base=self._impl.filename_base, source_stamp=stamp
+            )
+
+
+class _LoadedFirst(_StampedCache):
     """A function's cache on disk, asked before the compiler is prepared."""
 
     _impl_class = _MachineCode

@@ -13,8 +13,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import final
 
-import numpy as np
-
 from workbench.planning.actions import prepares
 from workbench.planning.composed import Composed, belief_types
 from workbench.planning.plans import PlanStatus
@@ -70,11 +68,8 @@ class Scout:
         own = None if delivery is None else first_steps.first_step_of(made, delivery)
         if delivery is None or own is None:
             return made
-        steps = (own, *first_steps.alternative_first_steps(own, delivery, looks=self.looks))
-        if len(steps) == 1:
-            return made
-        rng = np.random.default_rng((view.seed % 2**32, len(view.knowledge.visited), delivery.situation.robot))
-        best = first_steps.best_first_step(steps, delivery, worlds=self.worlds, rng=rng)
+        seed = view.seed % 2**32, len(view.knowledge.visited), delivery.situation.robot
+        best = first_steps.best_first_step(own, delivery, looks=self.looks, worlds=self.worlds, seed=seed)
         return made if best == own else first_steps.with_first_step(best, made, delivery, view)
 
 
