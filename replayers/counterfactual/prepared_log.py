@@ -10,41 +10,43 @@ from collections.abc import Generator, Hashable
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import inf
-from types import MappingProxyType
-
-import numpy as np
+from typing import final
 
 from replayers.counterfactual.bounds.bounds import DEFAULT_BUDGET, Budget
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.world_search import WorldSearch
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
-from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from replayers.counterfactual.estimates.worlds_given import worlds_given
 from replayers.counterfactual.evidence import Evidence, evidence_of
+from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_belief import EstimatorChoice, LoggedBelief, estimator_for
 from replayers.counterfactual.logged_world import NoPaths
 from replayers.counterfactual.overlooked import contradicting_types, misses_note
-from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
+from replayers.counterfactual.relevance import Assumptions, relevance_of
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
-from replayers.counterfactual.sandbox import foreign_planner, is_foreign
-from replayers.counterfactual.strategy_traits import uses_beliefs
+from replayers.counterfactual.run_tree import RunTree
+from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
+from replayers.counterfactual.strategy_traits import eq1_parts, looks_by, search_traits, uses_beliefs
+from replayers.counterfactual.tree.options import TreeOptions
+from replayers.counterfactual.tree.plain_events import plain_events
+from replayers.counterfactual.tree.quick_segment import is_plain
 from replayers.runs.run import Run
 from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
 from workbench.beliefs.asking.answers import NotAnswered
-from workbench.beliefs.belief import Belief, Estimator
+from workbench.beliefs.belief import Estimator
 from workbench.beliefs.memory.history import History, history_for
 from workbench.beliefs.memory.move_rates import MoveRates, shipped_rates
 from workbench.caches import Cache
 from workbench.errors import Unsupported
+from workbench.execution.events import Event
 from workbench.log_schema.events import GroundTruth, Outcome
-from workbench.log_schema.place import Place, place_to_json
+from workbench.log_schema.place import house_sha256
 from workbench.planning.actions import relevant_types
-from workbench.planning.scenarios.added_items import believe_scenario_items
 from workbench.planning.strategies import canonical_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
-from workbench.worlds.geometry import Pose
-from workbench.worlds.house import START, ContainerId, House, Item, ItemId, ItemType
-from workbench.worlds.knowledge import knowledge_at_start
+from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.travel import Paths
 
 MAX_SHARED_SEARCHES = 2
@@ -96,6 +98,21 @@ class ReplaySettings:
     drawn_by: str = ""
 
 
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrivenTree:
+    """The tree of the strategy that drove a run, from its reproduction, with whose beliefs it was made."""
+
+    planner: Strategy
+    estimator: Estimator
+    tree: RunTree
+
+    def is_of(self, prepared: PreparedLog, planner: Strategy) -> bool:
+        """Whether it is what a strategy would do over a log."""
+        same = self.tree.evidence is prepared.evidence and self.estimator is prepared.estimator
+        return same and self.planner == planner
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PreparedLog:
     """One log prepared for any number of strategies.
@@ -116,6 +133,7 @@ class PreparedLog:
         draws: names the drawn worlds; only replays with the same draws are paired.
         search_cache: the searches that strategies over this log have requested.
         searched: finished searches of the worlds, by what the strategies that share them have in common.
+        driven: the tree of the run's own strategy, until a replay of that strategy takes it over; at most one.
         paths: the paths between locations, each found once.
         with_paths: whether runs over the log hold the paths walked and explain their decisions.
     """
@@ -141,11 +159,18 @@ class PreparedLog:
     searched: Cache[Hashable, WorldSearch] = field(
         default_factory=lambda: Cache(MAX_SHARED_SEARCHES), compare=False, repr=False
     )
+    driven: list[DrivenTree] = field(default_factory=list[DrivenTree], compare=False, repr=False)
 
     @property
     def is_fitted(self) -> bool:
         """Whether the durations were fitted to the log, as they are for a robot's."""
         return bool(self.durations.samples)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the first segment of a tree tells all events of the run over the log alone (plain_events.py): of an
+        estimator that asks, its answers are events too."""
+        return is_plain(self.evidence) and not isinstance(self.estimator, AnsweredEstimator)
 
     @contextmanager
     def planner(self, name: str, *, origin: NameOrigin) -> Generator[Strategy]:
@@ -214,8 +239,6 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_paths: bool = True) 
     )
     estimator = choice.asked_once
     hypothetical = choice.hypothetical or other_memory
-    searches = SearchCache()
-    reproduction = reproduce(run, as_logged, estimator, searches)
     fitted = None if evidence.info.source in SIMULATED_SOURCES else fitted_durations(run.actions)
     prepared = PreparedLog(
         evidence=evidence,
@@ -232,35 +255,68 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_paths: bool = True) 
         with_paths=with_paths,
         exact_beliefs=not choice.rounded,
         contradicting=contradicting,
+    )
+    reproduction = reproduce(
+        run, as_logged, estimator, prepared.search_cache, by_tree=lambda planner: _run_by_tree(prepared, planner)
+    )
+    prepared = replace(
+        prepared,
         reproduction=reproduction,
-        search_cache=searches,
         claims=hypothetical or reproduction.same is not False,
         notes=(
             *_notes(evidence, choice, fitted, reproduction, hypothetical=hypothetical),
             *filter(None, [misses_note(evidence, contradicting)]),
         ),
     )
+    return _with_worlds(prepared, types)
+
+
+def _with_worlds(prepared: PreparedLog, types: tuple[ItemType, ...]) -> PreparedLog:
+    """The log with worlds for the estimate, or with a note why it has none."""
     try:
         return replace(prepared, worlds=_sample_worlds(prepared, types))
     except NotAnswered as error:
         return replace(prepared, notes=(*prepared.notes, f"no estimate: {error}"))
 
 
-def house_sha256(place: Place) -> str:
-    """The plan and its travel costs, hashed: a robot that starts elsewhere is in the same house."""
-    names = place.travel.locations
-    kept = [i for i, name in enumerate(names) if name != START]
-    house = replace(
-        place,
-        plan=replace(place.plan, start=Pose(x_m=0.0, y_m=0.0)),
-        travel=replace(
-            place.travel,
-            locations=tuple(names[i] for i in kept),
-            metres=place.travel.metres[np.ix_(kept, kept)],
+def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
+    """The tree of the strategy's runs over the log."""
+    if prepared.driven and prepared.driven[0].is_of(prepared, planner):
+        return prepared.driven.pop().tree
+    evidence, built_in = prepared.evidence, canonical_name(planner.name)
+    traits = search_traits(planner, evidence.task.goal)
+    budget = prepared.settings.budget.of(plans_shortest=traits.plans_shortest)
+    return RunTree(
+        evidence,
+        fast_strategy(planner, prepared.search_cache),
+        prepared.estimator_of(planner),
+        relevance_of(evidence, planner.relevant_types(evidence.task), prepared.settings.assumptions),
+        TreeOptions(
+            seed=evidence.info.seed,
+            merge=built_in is not None and not is_from_outside(planner),
+            static_beliefs=prepared.static_beliefs,
+            exact_beliefs=prepared.exact_beliefs_of(planner),
+            reads_beliefs=uses_beliefs(planner, evidence.task.goal),
+            looks_by=looks_by(planner, evidence.task.goal),
+            parts=eq1_parts(planner),
+            asked_again=budget.asked_again * budget.segments,
+            traits=traits,
+            durations=prepared.durations,
+            as_driven=prepared.is_driven_again(planner),
         ),
-        standing=MappingProxyType({at: pose for at, pose in place.standing.items() if at != START}),
     )
-    return hashlib.sha256(place_to_json(house)).hexdigest()
+
+
+def _run_by_tree(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...] | None:
+    """The run of the strategy that drove over the log alone, by its tree, which is kept for its replay.
+
+    None where the closed loop has to run it, or where the reproduction decides what the tree is.
+    """
+    if not prepared.is_plain or not prepared.exact_beliefs:
+        return None
+    tree = run_tree_of(prepared, planner)
+    prepared.driven.append(DrivenTree(planner=planner, estimator=prepared.estimator, tree=tree))
+    return plain_events(prepared.evidence, tree.advance(tree.root), durations=prepared.durations)
 
 
 def _notes(
@@ -312,38 +368,13 @@ def _sample_worlds(prepared: PreparedLog, types: tuple[ItemType, ...]) -> Sample
     evidence, settings = prepared.evidence, prepared.settings
     if settings.worlds <= 0:
         return None
-    relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
-    all_seen = knowledge_at_start(evidence.place.plan, evidence.travel, evidence.contents)
-    believed = drawer_of(prepared.estimator, settings).believe(all_seen, relevance.types)
-    belief = believe_scenario_items(believed, evidence.task, evidence.place.plan)
-    if evidence.misses:
-        belief = _with_doubtful(prepared, belief)
-    return sample_worlds(
+    return worlds_given(
         evidence,
-        relevance,
-        belief,
+        evidence.contents,
+        relevance_of(evidence, types, settings.assumptions),
+        drawer_of(prepared.estimator, settings),
         count=settings.worlds,
-        rng=np.random.default_rng(settings.seed),
-        exists=relevance.must_exist,
-    )
-
-
-def _with_doubtful(prepared: PreparedLog, belief: Belief) -> Belief:
-    """A belief that also names the containers that were looked into: what was believed of them at the start."""
-    evidence = prepared.evidence
-    at_start = knowledge_at_start(evidence.place.plan, evidence.travel, evidence.known)
-    before = believe_scenario_items(
-        drawer_of(prepared.estimator, prepared.settings).believe(at_start, belief.item_types),
-        evidence.task,
-        evidence.place.plan,
-    )
-    columns = [before.containers.index(c) for c in evidence.doubtful if c in before.containers]
-    return replace(
-        belief,
-        containers=(*belief.containers, *(before.containers[i] for i in columns)),
-        probability=np.concatenate(
-            [belief.probability, before.only(belief.item_types).probability[:, columns]], axis=1
-        ),
+        seed=settings.seed,
     )
 
 

@@ -14,10 +14,8 @@ import numpy as np
 from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.bounds.world_failure import failure_in_worlds
 from replayers.counterfactual.bounds.world_search import WorldSearch, search_worlds
-from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
-from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
-from replayers.counterfactual.relevance import relevance_of
+from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log, run_tree_of
 from replayers.counterfactual.results import Estimate
 from replayers.counterfactual.run_tree import Leaf, RunTree
 from replayers.counterfactual.sandbox import is_from_outside
@@ -29,13 +27,12 @@ from replayers.counterfactual.single_runs import (
     run_in,
     support_of,
 )
-from replayers.counterfactual.strategy_traits import decision_kind, eq1_parts, looks_by, search_traits, uses_beliefs
-from replayers.counterfactual.tree.options import TreeOptions
+from replayers.counterfactual.strategy_traits import decision_kind
 from replayers.runs.run import Run
 from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.execution.events import Event, RunEnded, RunStatus
-from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
+from workbench.planning.strategies import needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.tolerances import NEAR_COST
@@ -183,32 +180,6 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
         return _without_bounds(made, ended.reason)
     failure = failure_in_worlds(tree)
     return made if failure is None else _without_bounds(made, failure.message)
-
-
-def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
-    """The tree of the strategy's runs over the log."""
-    evidence, built_in = prepared.evidence, canonical_name(planner.name)
-    traits = search_traits(planner, evidence.task.goal)
-    budget = prepared.settings.budget.of(plans_shortest=traits.plans_shortest)
-    return RunTree(
-        evidence,
-        fast_strategy(planner, prepared.search_cache),
-        prepared.estimator_of(planner),
-        relevance_of(evidence, planner.relevant_types(evidence.task), prepared.settings.assumptions),
-        TreeOptions(
-            seed=evidence.info.seed,
-            merge=built_in is not None and not is_from_outside(planner),
-            static_beliefs=prepared.static_beliefs,
-            exact_beliefs=prepared.exact_beliefs_of(planner),
-            reads_beliefs=uses_beliefs(planner, evidence.task.goal),
-            looks_by=looks_by(planner, evidence.task.goal),
-            parts=eq1_parts(planner),
-            asked_again=budget.asked_again * budget.segments,
-            traits=traits,
-            durations=prepared.durations,
-            as_driven=prepared.is_driven_again(planner),
-        ),
-    )
 
 
 def _world_search(prepared: PreparedLog, planner: Strategy, tree: RunTree, first: RunEnded) -> WorldSearch:

@@ -6,7 +6,7 @@ weights, the strategy's code), and what it would say of other strategies is wort
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from replayers.counterfactual.bounds.search_cache import SearchCache
@@ -17,10 +17,11 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.tree.options import zero_clock
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Estimator
-from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
+from workbench.execution.events import ActionEnded, ContainerObserved, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import ActionFinished, Outcome, PlanComputed
+from workbench.planning.plans import PlanStep
 from workbench.planning.strategies import canonical_name, needs_truth, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
@@ -48,7 +49,18 @@ class Reproduction:
     why: str = ""
 
 
-def reproduce(run: Run, evidence: Evidence, estimator: Estimator, cache: SearchCache | None = None) -> Reproduction:
+ByTree = Callable[[Strategy], tuple[Event, ...] | None]
+"""The run of a strategy over the log alone by its tree of runs; None where only the closed loop can run it."""
+
+
+def reproduce(
+    run: Run,
+    evidence: Evidence,
+    estimator: Estimator,
+    cache: SearchCache | None = None,
+    *,
+    by_tree: ByTree | None = None,
+) -> Reproduction:
     """Replays the recorded strategy over its own log.
 
     Built-in strategies only: a log's name for another one is not looked up here, since it could be anybody's code.
@@ -56,6 +68,8 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator, cache: SearchC
 
     Args:
         cache: the searches over this log; replays may share it.
+        by_tree: tried first, since replays need it too: where it shows at every look what the log's look showed, and
+            does all that was recorded to the recorded end, the closed loop would do the same.
     """
     name = canonical_name(run.info.strategy)
     if name is None or needs_truth(name):
@@ -64,6 +78,11 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator, cache: SearchC
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
     planner = strategy(name, origin=NameOrigin.LOG)
+    told = by_tree(planner) if by_tree is not None and evidence.perception.perfect else None
+    if told is not None and _looks_as_logged(evidence, told):
+        found = _compared(run, evidence, iter(told))
+        if found.whole:
+            return found
     planner = fast_strategy(planner, cache) if evidence.perception.perfect else planner
     return _compared(run, evidence, events_over(run, evidence, estimator, planner))
 
@@ -83,6 +102,12 @@ def events_over(run: Run, evidence: Evidence, estimator: Estimator, planner: Str
     return with_beliefs(events)
 
 
+def _looks_as_logged(evidence: Evidence, events: tuple[Event, ...]) -> bool:
+    """Whether every look of a run shows what the log's own look into that container showed, in the same order."""
+    looks = (event for event in events if isinstance(event, ContainerObserved) and not event.known_at_start)
+    return all(evidence.looks.get(look.container) == (look.items,) for look in looks)
+
+
 def _holds_every_action(run: Run) -> bool:
     """Whether no action is missing before the log's end: messages may be damaged, dropped or left out."""
     actions = sorted(run.actions, key=lambda a: a.index)
@@ -96,28 +121,28 @@ def _compared(run: Run, evidence: Evidence, events: Iterator[Event]) -> Reproduc
     """Action by action in the log's order, then the end."""
     logged = sorted(run.actions, key=lambda a: a.index)
     plans = {plan.decision: plan for plan in run.plans}
-    made: PlanComputed | None = None
+    made: PlanMade | None = None
     done = 0
     for event in events:
         if isinstance(event, PlanMade):
-            made = next(wire for wire in to_wire(event) if isinstance(wire, PlanComputed))
+            made = event
         elif isinstance(event, ActionEnded):
-            now = next(wire for wire in to_wire(event) if isinstance(wire, ActionFinished))
             if done == len(logged):
-                return _beyond(run, now)
-            if _what(now) != _what(logged[done]):
-                return _parted(run, logged[done], now, made, plans)
+                return _beyond(run, event.step)
+            was = logged[done]
+            if (was.action, was.target, was.items, was.success) != _what(event):
+                return _parted(run, was, event.step, made, plans)
             done += 1
         elif isinstance(event, RunEnded):
             return _at_end(run, evidence, event, logged[done:], made, plans)
     raise AssertionError("the loop always ends with Ended")
 
 
-def _what(action: ActionFinished) -> tuple[object, ...]:
-    return action.action, action.target, action.items, action.success
+def _what(now: ActionEnded) -> tuple[object, ...]:
+    return now.step.action, now.step.target, now.step.items, now.success
 
 
-def _beyond(run: Run, now: ActionFinished) -> Reproduction:
+def _beyond(run: Run, now: PlanStep) -> Reproduction:
     """The log holds no more actions, and the strategy goes on."""
     if run.outcome is None or run.outcome.status in STOPPED or not _simulated(run):
         return Reproduction(same=True)
@@ -125,7 +150,7 @@ def _beyond(run: Run, now: ActionFinished) -> Reproduction:
 
 
 def _parted(
-    run: Run, was: ActionFinished, now: ActionFinished, made: PlanComputed | None, plans: dict[int, PlanComputed]
+    run: Run, was: ActionFinished, now: PlanStep, made: PlanMade | None, plans: dict[int, PlanComputed]
 ) -> Reproduction:
     if not _simulated(run) and _decided_alike(was, made, plans):
         return Reproduction(same=True)
@@ -137,7 +162,7 @@ def _at_end(
     evidence: Evidence,
     ended: RunEnded,
     left: Sequence[ActionFinished],
-    made: PlanComputed | None,
+    made: PlanMade | None,
     plans: dict[int, PlanComputed],
 ) -> Reproduction:
     outcome = run.outcome
@@ -168,12 +193,12 @@ def _simulated(run: Run) -> bool:
     return run.info.source in SIMULATED_SOURCES
 
 
-def _decided_alike(was: ActionFinished, made: PlanComputed | None, plans: dict[int, PlanComputed]) -> bool:
+def _decided_alike(was: ActionFinished, made: PlanMade | None, plans: dict[int, PlanComputed]) -> bool:
     """Whether the robot's plan began as the replay's, or is not in the log: then world or people made it differ."""
     logged = plans.get(was.decision)
-    if made is None or logged is None:
+    if made is None or logged is None or logged.decision != made.decision:
         return True
-    return logged.decision != made.decision or _beginning(logged) == _beginning(made)
+    return any(_beginning(logged) == _beginning(wire) for wire in to_wire(made) if isinstance(wire, PlanComputed))
 
 
 def _beginning(plan: PlanComputed) -> tuple[object, ...]:

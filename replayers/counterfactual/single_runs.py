@@ -12,8 +12,6 @@ from replayers.counterfactual.prepared_log import PreparedLog
 from replayers.counterfactual.run_tree import RunTree
 from replayers.counterfactual.tree.options import MAX_STEPS, zero_clock
 from replayers.counterfactual.tree.plain_events import plain_events
-from replayers.counterfactual.tree.quick_segment import is_plain
-from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded
 from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.strategy import Strategy
@@ -34,12 +32,10 @@ def over_log_alone(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...
 
 def over_log_by_tree(prepared: PreparedLog, tree: RunTree) -> tuple[Event, ...]:
     """The same run of a tree's strategy, from the tree's first segment where that needed no closed loop."""
-    told = is_plain(prepared.evidence) and isinstance(tree.planner, MemoizedStrategy)
-    if told and not isinstance(prepared.estimator, AnsweredEstimator):  # whose answers are events too
-        first = tree.advance(tree.root)
-        if first.without_events:
-            unseen = first.unobserved.container if first.unobserved else None
-            return tuple(plain_events(prepared.evidence, first.decided, unseen, durations=prepared.durations))
+    if prepared.is_plain and isinstance(tree.planner, MemoizedStrategy):
+        told = plain_events(prepared.evidence, tree.advance(tree.root), durations=prepared.durations)
+        if told is not None:
+            return told
     return over_log_alone(prepared, tree.planner)
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 import msgspec
-import numpy as np
 
 from replayers.batch.replay_all import Outcome, strategies_named
 from replayers.batch.replays import Replays
@@ -21,7 +20,8 @@ from replayers.batch.store import StoredReplay, replay_path, write_replay
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.world_failure import failure_in_worlds
 from replayers.counterfactual.estimates.estimate import costs_in
-from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from replayers.counterfactual.estimates.worlds_given import worlds_given
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, drawer_of, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.replay import run_tree_of
@@ -31,10 +31,8 @@ from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
 from workbench.errors import LiosError
 from workbench.evaluation.cluster import run_in_order
 from workbench.planning.actions import relevant_types
-from workbench.planning.scenarios.added_items import believe_scenario_items
 from workbench.plugins import NameOrigin
 from workbench.remote.path import path_of
-from workbench.worlds.knowledge import knowledge_at_start
 
 Costs = tuple[float, ...]
 
@@ -122,16 +120,8 @@ def _at_start(prepared: PreparedLog) -> PreparedLog:
 def _worlds_at_start(start: PreparedLog) -> SampledWorlds:
     evidence, settings = start.evidence, start.settings
     relevance = relevance_of(evidence, relevant_types(evidence.task.goal), settings.assumptions)
-    known = knowledge_at_start(evidence.place.plan, evidence.travel, evidence.known)
-    believed = drawer_of(start.estimator, settings).believe(known, relevance.types)
-    return sample_worlds(
-        evidence,
-        relevance,
-        believe_scenario_items(believed, evidence.task, evidence.place.plan),
-        count=settings.worlds,
-        rng=np.random.default_rng(settings.seed),
-        exists=relevance.must_exist,
-    )
+    drawer = drawer_of(start.estimator, settings)
+    return worlds_given(evidence, evidence.known, relevance, drawer, count=settings.worlds, seed=settings.seed)
 
 
 def _costs_of(start: PreparedLog, name: str, worlds: SampledWorlds) -> Costs:

@@ -19,9 +19,9 @@ from replayers.batch.replay_rows import pair_rows
 from replayers.batch.store import (
     write_replay,
 )
-from replayers.counterfactual.prepared_log import house_sha256
 from replayers.counterfactual.results import Assignment
 from workbench.cli import run as lios
+from workbench.log_schema.place import house_sha256
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START
 

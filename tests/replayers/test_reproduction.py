@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,16 +13,20 @@ from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import MUG, InOrder, delivered, simulated_log, task_of, toy_run
 
 from recorders.simulated_run import RequestedTask, record_trial, trial_for
+from replayers.counterfactual import reproduction
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.logged_belief import LoggedBelief
-from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log, run_tree_of
 from replayers.counterfactual.replay import replay_on, replay_strategy
+from replayers.counterfactual.reproduction import Reproduction, reproduce
 from replayers.counterfactual.results import Proof
+from replayers.counterfactual.single_runs import over_log_by_tree
 from replayers.runs.run import Run, read
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import BeliefUpdated, RunStatus
+from workbench.execution.events import BeliefUpdated, Event, RunStatus
 from workbench.log_schema.codec import decode, encode, to_wire
 from workbench.log_schema.events import BeliefUpdate, Outcome
+from workbench.planning.strategies import strategy
 from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.procthor.load import load_house
@@ -138,6 +143,48 @@ def test_the_dearest_world_that_was_drawn_is_known(tmp_path: Path) -> None:
     assert made.bounds.largest_found == made.drawn.max()
     costs = {name: events[-1].cost for name, events in made.worlds.items()}  # type: ignore[union-attr]
     assert costs == {"best": made.drawn.min(), "worst": made.drawn.max()}
+
+
+def test_a_plain_log_is_reproduced_by_the_tree_of_its_strategy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No closed loop; the replay of that strategy takes the tree over, and says the same as one with a new tree."""
+    run = read(simulated_log(tmp_path / "run.mcap"))
+    with monkeypatch.context() as looped:
+        looped.setattr(PreparedLog, "is_plain", False)
+        assert prepare_log(run, ReplaySettings(worlds=0)).reproduction == Reproduction(same=True, whole=True)
+    monkeypatch.setattr(reproduction, "run_task", None)
+    prepared = prepare_log(run, ReplaySettings(worlds=0), with_paths=False)
+    assert prepared.reproduction == Reproduction(same=True, whole=True)
+    (kept,) = prepared.driven
+    assert run_tree_of(prepared, strategy("opt-greedy")) is not kept.tree
+    assert run_tree_of(replace(prepared, evidence=replace(prepared.evidence)), kept.planner) is not kept.tree
+    first, again = replay_on(prepared, "model-lios"), replay_on(prepared, "model-lios")
+    assert prepared.driven == []
+    assert kept.tree.segments == first.segments
+    assert (again.bounds, again.events[-1], again.segments) == (first.bounds, first.events[-1], first.segments)
+
+
+def test_a_log_whose_looks_showed_something_else_is_reproduced_by_the_closed_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a container held is all that a tree knows of it; the loop shows what each look showed."""
+    run = read(simulated_log(tmp_path / "run.mcap"))
+    prepared = prepare_log(run, ReplaySettings(worlds=0), with_paths=False)
+    told = over_log_by_tree(prepared, run_tree_of(prepared, strategy("model-lios")))
+    looped: list[Run] = []
+
+    def in_loop(run: Run, *_: object) -> Iterator[Event]:
+        looped.append(run)
+        return iter(told)
+
+    monkeypatch.setattr(reproduction, "events_over", in_loop)
+    evidence = prepared.evidence
+    assert reproduce(run, evidence, prepared.estimator, by_tree=lambda _: told).whole
+    assert looped == []
+    turned = {container: tuple(items[::-1] for items in looks) for container, looks in evidence.looks.items()}
+    assert reproduce(run, replace(evidence, looks=turned), prepared.estimator, by_tree=lambda _: told).whole
+    assert looped == [run]
 
 
 @pytest.mark.slow

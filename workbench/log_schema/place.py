@@ -7,9 +7,10 @@ The occupancy grid is packed to one bit per cell, compressed with zlib and encod
 from __future__ import annotations
 
 import base64
+import hashlib
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from types import MappingProxyType
 
@@ -19,7 +20,7 @@ import numpy as np
 from workbench.errors import BadValue, Malformed
 from workbench.log_schema.task_json import TASK_ATTACHMENT, task_from_json, task_to_json
 from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import ContainerId, FloorPlan, LocationId
+from workbench.worlds.house import START, ContainerId, FloorPlan, LocationId
 from workbench.worlds.maps.occupancy import OccupancyGrid
 from workbench.worlds.sight.sightings import PathsFromPoints
 from workbench.worlds.travel import Paths, TravelCosts
@@ -28,6 +29,7 @@ __all__ = [
     "PLACE_ATTACHMENT",
     "TASK_ATTACHMENT",
     "Place",
+    "house_sha256",
     "place_from_json",
     "place_to_json",
     "task_from_json",
@@ -149,6 +151,23 @@ def place_from_json(data: bytes | str) -> Place:
         occupancy=None if wire.occupancy is None else _unpacked(wire.occupancy),
         robot_radius_m=wire.robot_radius_m,
     )
+
+
+def house_sha256(place: Place) -> str:
+    """The plan and its travel costs, hashed: a robot that starts elsewhere is in the same house."""
+    names = place.travel.locations
+    kept = [i for i, name in enumerate(names) if name != START]
+    house = replace(
+        place,
+        plan=replace(place.plan, start=Pose(x_m=0.0, y_m=0.0)),
+        travel=replace(
+            place.travel,
+            locations=tuple(names[i] for i in kept),
+            metres=place.travel.metres[np.ix_(kept, kept)],
+        ),
+        standing=MappingProxyType({at: pose for at, pose in place.standing.items() if at != START}),
+    )
+    return hashlib.sha256(place_to_json(house)).hexdigest()
 
 
 def _travel_to_wire(travel: TravelCosts) -> _Travel:

@@ -15,6 +15,7 @@ from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis
 from replayers.counterfactual.durations import Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.evidence_rules import IMPLIED, LOGGED
+from replayers.counterfactual.run_nodes import Segment
 from workbench.execution.events import (
     ActionEnded,
     BeliefUpdated,
@@ -36,18 +37,18 @@ Decided = Sequence[tuple[DecisionBasis | None, Decision]]
 """Decisions of a segment, each with what it was made by."""
 
 
-def plain_events(
-    evidence: Evidence, decided: Decided, unseen: ContainerId | None, *, durations: Durations
-) -> Iterator[Event]:
+def plain_events(evidence: Evidence, first: Segment, *, durations: Durations) -> tuple[Event, ...] | None:
     """The events of a run from the start up to its first look into an open container, or to its end.
 
     Args:
         evidence: of a plain log (quick_segment.is_plain).
-        decided: all decisions up to there.
-        unseen: the open container; None where the run meets its goal.
+        first: the first segment; None is returned where it was run by the closed loop.
         durations: how long actions take.
     """
-    return _PlainRun(evidence, durations, evidence.info.started.ns).events(decided, unseen)
+    if not first.without_events:
+        return None
+    unseen = first.unobserved.container if first.unobserved is not None else None
+    return tuple(_PlainRun(evidence, durations, evidence.info.started.ns).events(first.decided, unseen))
 
 
 @final
