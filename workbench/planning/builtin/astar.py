@@ -7,8 +7,7 @@ is a sequence of errands.
 
 The kernels take their arrays one by one: in a named tuple, each call unpacks all of them and counts its references to
 each, and the same searches took 1.13 to 1.4 times as long (2186 searches of tasks, side by side in one process). For
-that reason too the loop of `search_states` is one function. Numba keeps what it compiled by the file of the outermost
-kernel: after a change to a kernel in a sibling module, save this file again.
+that reason too the loop of `search_states` is one function.
 
 Constants that kernels receive are np.int64: numba compiles a kernel once more for every literal. Rows are copied in
 loops, since assigning a slice makes it compile the text of an error message. Together they halve the time that the
@@ -22,6 +21,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.arrays import Ints
+from workbench.planning.builtin import errand_moves, lower_bounds, search_queue
 from workbench.planning.builtin.errand_moves import moves_from
 from workbench.planning.builtin.lower_bounds import heuristic
 from workbench.planning.builtin.search_interface import (
@@ -35,7 +35,15 @@ from workbench.planning.builtin.search_interface import (
     RecipeArrays,
     RecipeQuery,
 )
-from workbench.planning.builtin.search_queue import INF, compiled, grown_table, pop, push, row_of_code
+from workbench.planning.builtin.search_queue import (
+    INF,
+    compiled,
+    compiled_beside,
+    grown_table,
+    pop,
+    push,
+    row_of_code,
+)
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
 
@@ -112,7 +120,7 @@ def _code(robot, hand, done, pos, n_loc, base):
     return code
 
 
-@compiled
+@compiled_beside(errand_moves, lower_bounds, search_queue)
 def search_states(
     d, fetch, least, potential, standing, end, in_hand, op_slot, op_where, op_after, link, n_ops, c,
     robot0, hand0, g0, bound, max_nodes, first, staging, weight,

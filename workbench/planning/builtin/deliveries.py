@@ -110,7 +110,7 @@ def _cheapest(
     )
     if row < 0:
         return None
-    errands = [(s, *leg) for s, leg in zip(orders[row].tolist(), legs.tolist(), strict=True)]
+    errands = [(s, j, a, b) for s, (j, a, b) in zip(orders[row].tolist(), legs.tolist(), strict=True)]
     return _Found(errands, cost, expanded)
 
 
