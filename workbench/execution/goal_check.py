@@ -36,8 +36,10 @@ def _is_part_met(goal: Delivered | Holding, knowledge: Knowledge) -> bool:
     """Whether one part of a goal, or a goal of one part, holds by itself."""
     if isinstance(goal, Holding) or goal.properties:
         return bool(_candidates(goal, knowledge))
-    here = knowledge.items_at.get(goal.at)
-    return bool(here) and any(item.type == goal.item_type for item in here)
+    for place, _ in knowledge.where(goal.item_type):  # a loop: this is asked twenty times for each decision
+        if place == goal.at:
+            return True
+    return False
 
 
 def _candidates(goal: Delivered | Holding, knowledge: Knowledge) -> tuple[Item, ...]:

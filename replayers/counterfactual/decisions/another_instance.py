@@ -97,7 +97,7 @@ def room_for_more(
     """
     found: list[MayHoldMore] = []
     for container in unseen:
-        gone = _gone(container, knowledge)
+        gone = _gone(container, knowledge) if knowledge.first_seen.get(container) else None
         if not gone:
             continue
         shown = Counter(item.type for item in knowledge.first_seen[container])
@@ -134,9 +134,7 @@ def _another(room: MayHoldMore, number: int) -> Item:
 def _gone(container: ContainerId, knowledge: Knowledge) -> Counter[ItemType]:
     """How many of each type a look showed in a container that are no longer there; what is in hand there is: a plan
     that takes another later could put it back as well."""
-    first, place = knowledge.first_seen.get(container), LocationId(container)
-    if not first:
-        return Counter()
+    first, place = knowledge.first_seen[container], LocationId(container)
     there = knowledge.items_at.get(place, ())
     if knowledge.robot_at == place and knowledge.holding is not None:
         there = (*there, knowledge.holding)
