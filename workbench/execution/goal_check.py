@@ -36,10 +36,7 @@ def _is_part_met(goal: Delivered | Holding, knowledge: Knowledge) -> bool:
     """Whether one part of a goal, or a goal of one part, holds by itself."""
     if isinstance(goal, Holding) or goal.properties:
         return bool(_candidates(goal, knowledge))
-    for place, _ in knowledge.where(goal.item_type):  # a loop: this is asked twenty times for each decision
-        if place == goal.at:
-            return True
-    return False
+    return goal.at in [place for place, _ in knowledge.where(goal.item_type)]
 
 
 def _candidates(goal: Delivered | Holding, knowledge: Knowledge) -> tuple[Item, ...]:
