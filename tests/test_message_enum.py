@@ -63,6 +63,7 @@ def test_every_field_of_a_message_is_filled_in() -> None:
 
 TEXTS = {
     "dashboards/capsule/write.py _left_out_note": "a note of the page, where something was left out",
+    "dashboards/library/run_table.py _replayed": "the name of a log",
     "dashboards/palette.py run_number": "a sign beside a name",
     "dashboards/panels/beliefs.py _left": "a part of a cell, where a look could have missed the item",
     "dashboards/panels/folder/runs.py _arrow": "a sign in a heading",

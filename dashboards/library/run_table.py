@@ -114,6 +114,7 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
                 searches=row.searches,
                 estimator=row.estimator,
                 bounds=_bounds(logs[index]) if row.source == "replay" and row.cost is None else None,
+                replay_of=_replayed(logs[index]) if row.source == "replay" else "",
             )
         )
     return rows, problems
@@ -123,6 +124,14 @@ def _bounds(replay: Path) -> tuple[float, float] | None:
     """The bounds of a replay's cost that are stored beside it, where both are proven."""
     kept = stored_bounds(replay)
     return (kept.lower, kept.upper) if kept and kept.lower is not None and kept.upper is not None else None
+
+
+def _replayed(replay: Path) -> str:
+    """The name of the log that a kept replay is of."""
+    from replayers.batch.store import log_replayed
+
+    log = log_replayed(replay)
+    return log.name if log is not None else ""
 
 
 def _file_name(log: Path, folder: Path | None) -> str:

@@ -1,7 +1,13 @@
-"""The strategy to drive next, from the replays stored in a folder, for the dashboard of that folder."""
+"""The strategy to drive next, from the replays stored in a folder, for the dashboard of that folder.
+
+Their logs are in the folder, or where the replays say that they were read: `lios select LOGS -o FOLDER` keeps only
+the replays.
+"""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +15,7 @@ import msgspec
 
 from replayers.batch.breakdown import fewest_misses
 from replayers.batch.replays import Replays
-from replayers.batch.store import replays_in
+from replayers.batch.store import StoredReplay, replays_in
 from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.selection.campaign_logs import GroupBy, TrialGroup, trial_groups
 from replayers.selection.verdict import SelectionSettings, SelectionVerdict, history
@@ -31,19 +37,15 @@ class FolderSelection:
 
 
 def selection_in(folder: Path) -> FolderSelection:
-    """The selection from all replays that are kept in a folder, over the logs in it; nothing is replayed."""
+    """The selection from all replays that are kept in a folder, over their logs; nothing is replayed."""
     skipped: list[str] = []
-    logs = {path.name: path for path in sorted(folder.rglob("*.mcap"), reverse=True)}
-    found = [
-        msgspec.structs.replace(record, log=str(logs[Path(record.log).name]))
-        for record in replays_in(folder, on_skipped=lambda error: skipped.append(str(error)))
-        if Path(record.log).name in logs
-    ]
-    kept = fewest_misses(found)  # a folder may keep the replays of several calls
+    stored = fewest_misses(replays_in(folder, on_skipped=lambda error: skipped.append(str(error))))
+    kept = _with_logs(stored, folder, skipped.append)  # a folder may keep the replays of several calls
     names = tuple(dict.fromkeys(record.strategy for record in kept))
     if len(names) < 2:
         return FolderSelection(left_out=tuple(skipped))
-    made = Replays(outcomes=kept, logs=tuple(logs.values()), settings=ReplaySettings())
+    logs = tuple(dict.fromkeys(Path(record.log) for record in kept))
+    made = Replays(outcomes=kept, logs=logs, settings=ReplaySettings())
     grouped = trial_groups(made, names, GroupBy.SCENARIO)
     settings = SelectionSettings()
     return FolderSelection(
@@ -51,3 +53,34 @@ def selection_in(folder: Path) -> FolderSelection:
         left_out=(*grouped.left_out, *skipped),
         alpha=settings.alpha,
     )
+
+
+def _with_logs(
+    records: Iterable[StoredReplay], folder: Path, tell: Callable[[str], None]
+) -> tuple[StoredReplay, ...]:
+    """The replays whose logs are there, with the paths at which they are."""
+    inside: dict[str, list[Path]] = {}
+    for path in sorted(folder.rglob("*.mcap")):
+        inside.setdefault(path.name, []).append(path)
+    found: dict[str, Path | None] = {}
+    kept: list[StoredReplay] = []
+    for record in records:
+        if record.sha256 not in found:
+            given = Path(record.log)
+            places = (*inside.get(given.name, ()), given, folder / given, folder.parent / given)
+            found[record.sha256] = next((p for p in places if _is_log(p, record.sha256)), None)
+            if found[record.sha256] is None:
+                tell(f"{record.log}: the log of these replays is not there any more, or was changed")
+        at = found[record.sha256]
+        if at is not None:
+            kept.append(msgspec.structs.replace(record, log=str(at)))
+    return tuple(kept)
+
+
+def _is_log(path: Path, sha256: str) -> bool:
+    """Whether a file is the log with this hash."""
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest() == sha256
+    except OSError:
+        return False

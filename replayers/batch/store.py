@@ -45,6 +45,10 @@ class StepRow(msgspec.Struct, frozen=True, kw_only=True):
     seconds: float
 
 
+class _OfLog(msgspec.Struct, frozen=True):
+    log: str
+
+
 class _Versioned(msgspec.Struct, frozen=True):
     version: int = 0
 
@@ -254,6 +258,16 @@ def read_replay(path: Path) -> StoredReplay:
         raise MalformedFile(
             path, f"this is not a stored replay ({error})", "Make it again: lios replay -o DIR"
         ) from error
+
+
+def log_replayed(replay: Path) -> Path | None:
+    """The log that a replay kept in a folder is of, as it was given; None where nothing beside it says."""
+    for path in sorted(replay.parent.glob(f"*{SUFFIX}")):  # one folder holds the replays over one log
+        try:
+            return Path(msgspec.json.decode(path.read_bytes(), type=_OfLog).log)
+        except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
+            continue
+    return None
 
 
 def replays_in(folder: Path, *, on_skipped: Callable[[MalformedFile], None] | None = None) -> Iterator[StoredReplay]:

@@ -99,6 +99,26 @@ def test_an_evaluation_of_five_by_eight_has_forty_cells() -> None:
     assert shown.count("2×") == 8
 
 
+def test_the_least_is_marked_only_among_means_of_the_same_tasks() -> None:
+    def cells(**more: Any) -> str:
+        rows = [_row(0, strategy="a"), _row(1, strategy="b"), _row(2, strategy="a", scenario="other")]
+        return str(run_cells([*rows, _row(3, strategy="b", **{"scenario": "other", "seed": 0} | more)]))
+
+    assert cells().count("<b>") == 2
+    assert cells(seed=1).count("<b>") == 1
+    assert cells(place="houses:2").count("<b>") == 1
+    assert cells(replay_of="one.mcap").count("<b>") == 1
+    assert cells(scenario="breakfast").count("<b>") == 0, "two runs against one"
+
+
+def test_a_replay_says_which_log_it_is_of_and_is_found_by_it() -> None:
+    replay = _row(0, source="replay", replay_of="monday.mcap")
+    shown = str(runs([replay], (), total=1)).replace("<wbr>", "")
+    assert "replay of monday.mcap" in shown
+    assert passes(replay, "monday")
+    assert "replay of" not in str(runs([_row(1)], (), total=1))
+
+
 def test_more_cells_than_fit_are_told_and_one_scenario_needs_none() -> None:
     rows = [_row(i, strategy=f"s{i:03}", scenario=f"t{i % 2}") for i in range(MAX_SIDE + 3)]
     assert "3 more strategies or scenarios are left out" in run_cells(rows)

@@ -10,6 +10,7 @@ import msgspec
 import pytest
 
 import replayers
+from dashboards.library.run_table import log_rows
 from dashboards.model.selection import selection_in
 from dashboards.panels.folder.selection import selection
 from replayers.batch.store import SUFFIX, read_replay, write_replay
@@ -44,6 +45,37 @@ def test_recorded_replays_and_logs_elsewhere_count_for_nothing(kept: Path, tmp_p
     for file in kept.rglob(f"*{SUFFIX}"):
         write_replay(tmp_path / file.name, msgspec.structs.replace(read_replay(file), log="elsewhere.mcap"))
     assert selection_in(tmp_path).groups == ()
+
+
+def test_replays_kept_apart_from_their_logs_are_shown_too(kept: Path, tmp_path: Path) -> None:
+    """As `lios select LOGS -o FOLDER` leaves them; a log that was changed since is told, and counts for nothing."""
+    logs, apart = tmp_path / "logs", tmp_path / "apart"
+    logs.mkdir()
+    for log in kept.glob("*.mcap"):
+        copy(log, logs)
+    for file in kept.rglob(f"*{SUFFIX}"):
+        record = read_replay(file)
+        write_replay(
+            apart / file.parent.name / file.name,
+            msgspec.structs.replace(record, log=str(logs / Path(record.log).name)),
+        )
+    ((group, verdicts),) = selection_in(apart).groups
+    assert [v.trials for v in verdicts] == [1, 2]
+    assert {log.parent for log in group.logs} == {logs}
+    with (logs / "find-lios.mcap").open("ab") as changed:
+        changed.write(b"more")
+    found = selection_in(apart)
+    assert [v.trials for v in found.groups[0][1]] == [1]
+    assert len(found.left_out) == 1
+    assert "find-lios.mcap" in found.left_out[0]
+
+
+def test_the_table_of_runs_names_the_log_of_each_replay(kept: Path) -> None:
+    rows, _ = log_rows(sorted(kept.rglob("*.mcap")), folder=kept)
+    assert sorted(row.replay_of for row in rows if row.source == "replay") == 2 * ["find-greedy.mcap"] + 2 * [
+        "find-lios.mcap"
+    ]
+    assert {row.replay_of for row in rows if row.source != "replay"} == {""}
 
 
 def test_a_folder_without_replays_says_how_to_make_them(tmp_path: Path) -> None:

@@ -1,7 +1,11 @@
-"""Panel of an evaluation's cells: the mean cost of each strategy in each scenario; a click lists a cell's runs."""
+"""Panel of an evaluation's cells: the mean cost of each strategy in each scenario; a click lists a cell's runs.
+
+The least of a scenario is marked only where all of its means are over the same tasks: each strategy once in each.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from markupsafe import Markup
@@ -38,8 +42,8 @@ def run_cells(rows: Sequence[RunRow]) -> Markup:
     return html(
         '<div class="lp"><h3>Mean cost by strategy and scenario</h3><table class="lios cells"><thead><tr><th>strategy'
         "</th>{}</tr></thead><tbody>{}</tbody></table>{}"
-        '<p class="muted">Bold: the least of a scenario. ×: runs that were not done. Means of different numbers of '
-        "runs do not compare. A click lists the runs.</p></div>",
+        '<p class="muted">Bold: the least of a scenario, where all of its means are over runs of the same tasks. '
+        "×: runs that were not done. A click lists the runs.</p></div>",
         head,
         lines,
         more,
@@ -52,9 +56,15 @@ def _mean(rows: Sequence[RunRow]) -> float | None:
 
 
 def _least(cells: Sequence[Sequence[RunRow]]) -> float | None:
-    """The least mean of a scenario; None where fewer than two strategies have one."""
+    """The least mean of a scenario; None where fewer than two strategies have one, or they are over other tasks."""
     means = [mean for rows in cells if (mean := _mean(rows)) is not None]
-    return min(means) if len(means) > 1 else None
+    tasks = [_tasks(rows) for rows in cells if rows]
+    return min(means) if len(means) > 1 and all(each == tasks[0] for each in tasks) else None
+
+
+def _tasks(rows: Sequence[RunRow]) -> Counter[tuple[str, int, str, bool]]:
+    """What the runs of a cell were about: place, seed, the log that a replay is of; and whether a cost is known."""
+    return Counter((row.place, row.seed, row.replay_of, row.cost is not None) for row in rows)
 
 
 def _cell(rows: Sequence[RunRow], best: float | None) -> Markup:

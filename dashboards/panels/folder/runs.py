@@ -21,6 +21,7 @@ class RunRow:
     Attributes:
         cost: None where it is not known. bounds: the least and the greatest cost of a replay that its log cannot
             settle, in the unit of cost; None where they were not proven, or the cost is known.
+        replay_of: the log that a kept replay is of; "" for other runs, and where that is not known.
     """
 
     index: int
@@ -35,6 +36,7 @@ class RunRow:
     searches: int | None
     estimator: str = ""
     bounds: tuple[float, float] | None = None
+    replay_of: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,7 +157,8 @@ def ordered(rows: Sequence[RunRow], order: RunsOrder) -> list[RunRow]:
 
 def passes(row: RunRow, words: str) -> bool:
     """Whether every word occurs in the row; "cost<50" and "cost>50" compare, "strategy=lios" asks for the whole."""
-    haystack = f"{row.file} {row.place} {row.scenario} {row.strategy} {row.source} {row.outcome}".lower()
+    words_of = (row.file, row.place, row.scenario, row.strategy, row.source, row.outcome, row.replay_of)
+    haystack = " ".join(words_of).lower()
     return all(_passes(row, word, haystack) for word in _words(words.lower()))
 
 
@@ -186,7 +189,10 @@ def _sortable(value: str | float | None) -> tuple[str, float]:
 
 
 def _cells(row: RunRow, shown: tuple[int, ...]) -> list[str]:
-    replayed = Markup(' <span class="muted">replay</span>') if row.source == "replay" else Markup("")
+    replayed = Markup("")
+    if row.source == "replay":
+        of = html(" of {}", breakable(row.replay_of)) if row.replay_of else ""
+        replayed = html(' <span class="muted">replay{}</span>', of)
     below = html("<br><small>{} · seed {} · {}</small>", breakable(row.place), row.seed, breakable(row.file))
     return [
         _mark(row.index, shown),
