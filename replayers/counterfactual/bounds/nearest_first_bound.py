@@ -15,6 +15,7 @@ planner exceeds the bound. Compiled with numba.
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
 from __future__ import annotations
 
+from functools import cache
 from itertools import permutations
 from typing import NamedTuple, final
 
@@ -35,21 +36,25 @@ MAX_PARTS = 3
 
 NO_BOUND = float("inf")
 
+NOTHING = -1
+
 
 class _Errands(NamedTuple):
     """One state as arrays: the parts of the goal that are left, and the containers that are not searched.
+
+    Sets of parts are bit masks.
 
     Attributes:
         metres: between all locations, shape (locations, locations).
         robot: location index.
         containers: location indices in the plan's order, shape (n,).
         unseen: whether a container's contents are unknown, shape (n,).
-        shown: whether the log shows a part's item in it, shape (parts, n).
+        shown: the parts whose item the log shows in it, shape (n,).
         may: whether a part's item may be found in it, shape (parts, n).
         targets: location indices, shape (parts,).
         standing: location indices of known instances, padded with -1, shape (parts, any).
-        missing: whether no instance of a part's item is known, shape (parts,).
-        exists: whether an unseen container holds one, shape (parts,).
+        missing: the parts of whose item no instance is known.
+        exists: the parts whose item an unseen container holds.
         orders: all orders of the parts, shape (orders, parts).
         look, handle: action costs.
     """
@@ -58,15 +63,40 @@ class _Errands(NamedTuple):
     robot: int
     containers: Ints
     unseen: Bools
-    shown: Bools
+    shown: Ints
     may: Bools
     targets: Ints
     standing: Ints
-    missing: Bools
-    exists: Bools
+    missing: int
+    exists: int
     orders: Ints
     look: float
     handle: float
+
+
+class _Runs(NamedTuple):
+    """Scratch of the search, which has a level for each chain of looks.
+
+    Attributes:
+        gone: the containers that were looked into, shape (levels, n).
+        chain, spent: the containers of the chain, in order, and what was spent up to each, shape (levels, n + 1).
+        length: the looks in the chain; walked: those made; part: the part of the next errand; all of shape (levels,).
+        begin: the location index at which the chain begins; brought: the parts brought before; shown, unseen: the
+            parts whose items the looks made show, and how many unseen containers are left; all of shape (levels,).
+        rest: the containers that the chain at work has not come to, shape (n,).
+    """
+
+    gone: Bools
+    chain: Ints
+    spent: Floats
+    length: Ints
+    walked: Ints
+    part: Ints
+    begin: Ints
+    brought: Ints
+    shown: Ints
+    unseen: Ints
+    rest: Bools
 
 
 @final
@@ -79,111 +109,132 @@ class NearestFirstBound:
         self._metres: Floats = np.ascontiguousarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
         self._costs = evidence.costs
-        self._open = frozenset(evidence.open)
-        self._shown = {c: frozenset(item.type for item in items) for c, items in evidence.contents.items()}
         self._parts = distinct_deliveries(evidence.task.goal)
         refused = evidence.refused_moves or evidence.refused_picks or evidence.refused_searches
         self._applies = bool(self._parts) and not refused and not evidence.misses and evidence.passing is None
-        seen = evidence.seen_types()
-        self._may = frozenset(t for t in relevance.types if not (relevance.unique and t in seen))
+        seen, types = evidence.seen_types(), [part.item_type for part in self._parts]
+        may = [t in relevance.types and not (relevance.unique and t in seen) for t in types]
         self._exist = frozenset() if relevance.hidden else relevance.must_exist - seen
+        known = {c: {item.type for item in items} for c, items in evidence.contents.items()}
+        listed = [c for c in dict.fromkeys((*known, *evidence.open)) if LocationId(c) in self._index]
+        self._column = {c: i for i, c in enumerate(listed)}
+        self._at = np.array([self._index[LocationId(c)] for c in listed], dtype=np.int64)
+        self._unseen = np.array([c in frozenset(evidence.open) for c in listed], dtype=np.bool_)
+        there = [[t in known.get(c, ()) for c in listed] for t in types]
+        self._shown = np.array(there, dtype=np.bool_).reshape(len(types), len(listed))
+        self._may = self._shown | (self._unseen & np.array(may, dtype=np.bool_)[:, None])
 
     def remaining_cost(self, knowledge: Knowledge) -> float:
         """The upper bound on the remaining cost from a state on, if the task gets done; infinite where it does not
         apply."""
         if not self._applies or knowledge.holding is not None or knowledge.closed or knowledge.again:
             return NO_BOUND
-        left = [part for part in self._parts if not is_met(part, knowledge)]
-        places = [c for c in knowledge.unsearched if c in self._open or c in self._shown]
+        rows = [p for p, part in enumerate(self._parts) if not is_met(part, knowledge)]
+        left, index = [self._parts[p] for p in rows], self._index
+        columns = [self._column.get(c, -1) for c in knowledge.unsearched]
         wanted = {knowledge.robot_at, *(part.at for part in left)}
-        unknown = len(places) < len(knowledge.unsearched) or any(at not in self._index for at in wanted)
-        if unknown or len(left) > MAX_PARTS:
+        if -1 in columns or not wanted <= index.keys() or len(left) > MAX_PARTS:
             return NO_BOUND
-        standing = [[self._index[at] for at, _ in knowledge.where(p.item_type) if at in self._index] for p in left]
+        standing = [[index[at] for at, _ in knowledge.where(part.item_type) if at in index] for part in left]
         if all(standing):
             return NO_BOUND
-        widest = max(map(len, standing))
-        nowhere = frozenset[str]()
-        shown = [[part.item_type in self._shown.get(c, nowhere) for c in places] for part in left]
-        may = [
-            [there or (c in self._open and part.item_type in self._may) for c, there in zip(places, row, strict=True)]
-            for part, row in zip(left, shown, strict=True)
-        ]
-        size = (len(left), len(places))
-        return _most(
-            _Errands(
-                metres=self._metres,
-                robot=self._index[knowledge.robot_at],
-                containers=np.array([self._index[LocationId(c)] for c in places], dtype=np.int64),
-                unseen=np.array([c in self._open for c in places], dtype=np.bool_),
-                shown=np.array(shown, dtype=np.bool_).reshape(size),
-                may=np.array(may, dtype=np.bool_).reshape(size),
-                targets=np.array([self._index[part.at] for part in left], dtype=np.int64),
-                standing=np.array([at + [-1] * (widest - len(at)) for at in standing], dtype=np.int64).reshape(
-                    len(left), widest
-                ),
-                missing=np.array([not at for at in standing], dtype=np.bool_),
-                exists=np.array([part.item_type in self._exist for part in left], dtype=np.bool_),
-                orders=np.array(list(permutations(range(len(left)))), dtype=np.int64),
-                look=float(self._costs.search),
-                handle=float(self._costs.manipulation),
-            )
+        widest, places = max(map(len, standing)), np.array(columns, dtype=np.int64)
+        state = _Errands(
+            metres=self._metres,
+            robot=index[knowledge.robot_at],
+            containers=self._at[places],
+            unseen=self._unseen[places],
+            shown=(1 << np.arange(len(left))) @ self._shown[rows][:, places],
+            may=np.ascontiguousarray(self._may[rows][:, places]),
+            targets=np.array([index[part.at] for part in left], dtype=np.int64),
+            standing=np.array([[*at, *[-1] * (widest - len(at))] for at in standing], dtype=np.int64),
+            missing=sum(1 << p for p, at in enumerate(standing) if not at),
+            exists=sum(1 << p for p, part in enumerate(left) if part.item_type in self._exist),
+            orders=_orders(len(left)),
+            look=float(self._costs.search),
+            handle=float(self._costs.manipulation),
         )
+        return _most(state)
+
+
+@cache
+def _orders(parts: int) -> Ints:
+    """All orders of so many parts, shape (orders, parts)."""
+    return np.array(list(permutations(range(parts))), dtype=np.int64)
 
 
 @kernel()
 def _most(state: _Errands) -> float:
-    """The cost of the most expensive run: depth first over the parts that errands bring while something is missing,
-    one level for each chain of looks."""
+    """The cost of the most expensive run."""
     parts, n = state.may.shape
-    gone = np.zeros((parts + 1, n), np.bool_)
-    chain = np.zeros((parts + 1, n), np.int64)
-    spent = np.zeros((parts + 1, n + 1))
-    length, walked = np.zeros(parts + 1, np.int64), np.zeros(parts + 1, np.int64)
-    part, brought = np.zeros(parts + 1, np.int64), np.zeros(parts + 1, np.int64)
-    begin = np.zeros(parts + 1, np.int64)
-    begin[0] = state.robot
-    length[0] = _chain(state, state.robot, brought[0], gone[0].copy(), chain[0], spent[0])
+    runs = _Runs(
+        gone=np.zeros((parts + 1, n), np.bool_),
+        chain=np.zeros((parts + 1, n + 1), np.int64),
+        spent=np.zeros((parts + 1, n + 1)),
+        length=np.zeros(parts + 1, np.int64),
+        walked=np.zeros(parts + 1, np.int64),
+        part=np.zeros(parts + 1, np.int64),
+        begin=np.zeros(parts + 1, np.int64),
+        brought=np.zeros(parts + 1, np.int64),
+        shown=np.zeros(parts + 1, np.int64),
+        unseen=np.zeros(parts + 1, np.int64),
+        rest=np.zeros(n, np.bool_),
+    )
+    return _most_in(state, runs)
+
+
+@kernel(borrows=True)
+def _most_in(state: _Errands, runs: _Runs) -> float:
+    """The same, depth first over the parts that errands bring while something is missing, one level for each chain of
+    looks."""
+    parts, n = state.may.shape
+    for c in range(n):
+        runs.unseen[0] += state.unseen[c]
+    runs.begin[0] = state.robot
+    runs.length[0] = _chain(state, runs, 0)
     level, most = 0, 0.0
     while level >= 0:
-        k, p = walked[level], part[level]
-        if k > length[level]:
+        k, p = runs.walked[level], runs.part[level]
+        if k > runs.length[level]:
             level -= 1
             continue
+        last = runs.chain[level, k - 1] if k > 0 else NOTHING
         if p == 0:
-            most = max(most, spent[level, k])
+            most = max(most, runs.spent[level, k])
             if k > 0:
-                last = chain[level, k - 1]
-                gone[level, last] = True
-                most = max(most, spent[level, k] + _last_errands(state, last, brought[level], gone[level]))
-        part[level] += 1
+                runs.gone[level, last] = True
+                runs.shown[level] |= state.shown[last]
+                runs.unseen[level] -= state.unseen[last]
+                errands = _last_errands(state, last, runs.brought[level], runs.gone[level])
+                most = max(most, runs.spent[level, k] + errands)
+        runs.part[level] += 1
         if p == parts:
-            walked[level] += 1
-            part[level] = 0
+            runs.walked[level], runs.part[level] = k + 1, 0
             continue
-        if brought[level] >> p & 1 or not _may_be_missing(state, brought[level] | 1 << p, gone[level]):
+        brought = runs.brought[level] | 1 << p
+        taken = brought == runs.brought[level]
+        if taken or not _may_be_missing(state, brought, runs.shown[level], runs.unseen[level]):
             continue
-        at = int(begin[level] if k == 0 else state.containers[chain[level, k - 1]])
-        errand = _errand(state, p, at, gone[level])
-        if errand < 0:
-            continue
-        level += 1
-        brought[level] = brought[level - 1] | 1 << p
-        for c in range(n):
-            gone[level, c] = gone[level - 1, c]
-        begin[level] = state.targets[p]
-        spent[level, 0] = spent[level - 1, k] + errand
-        walked[level], part[level] = 0, 0
-        length[level] = _chain(state, begin[level], brought[level], gone[level].copy(), chain[level], spent[level])
+        at = runs.begin[level] if k == 0 else state.containers[last]
+        errand = _errand(state, p, at, runs.gone[level])
+        if errand >= 0:
+            level += 1
+            for c in range(n):
+                runs.gone[level, c] = runs.gone[level - 1, c]
+            runs.shown[level], runs.unseen[level] = runs.shown[level - 1], runs.unseen[level - 1]
+            runs.brought[level], runs.begin[level] = brought, state.targets[p]
+            runs.walked[level], runs.part[level] = 0, 0
+            runs.spent[level, 0] = runs.spent[level - 1, k] + errand
+            runs.length[level] = _chain(state, runs, level)
     return most
 
 
-@kernel()
+@kernel(borrows=True)
 def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> float:
     """The largest remaining cost once a look into container `last` shows the last missing item; 0 where it cannot."""
     most, place = 0.0, int(state.containers[last])
     for found in range(len(state.targets)):
-        if brought >> found & 1 or not state.missing[found] or not state.may[found, last]:
+        if brought >> found & 1 or not state.missing >> found & 1 or not state.may[found, last]:
             continue
         least = np.inf
         for order in state.orders:
@@ -205,7 +256,7 @@ def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> floa
     return most
 
 
-@kernel()
+@kernel(borrows=True)
 def _errand(state: _Errands, part: int, at: int, gone: Bools) -> float:
     """The longest errand that a part may take from a location on; -1 where its item cannot have been found, except
     where it is wanted. Of instances that are known, a shortest plan takes the one that makes the errand shortest."""
@@ -222,46 +273,42 @@ def _errand(state: _Errands, part: int, at: int, gone: Bools) -> float:
     return longest + 2.0 * state.handle if longest >= 0 else -1.0
 
 
-@kernel()
-def _chain(state: _Errands, at: int, brought: int, gone: Bools, chain: Ints, spent: Floats) -> int:
-    """The looks from a location on, for as long as something may be missing; fills the containers, and what has been
-    spent after each (spent[0] is given). Overwrites `gone`.
+@kernel(borrows=True)
+def _chain(state: _Errands, runs: _Runs, level: int) -> int:
+    """The looks of a level, for as long as something may be missing; fills the containers, and what has been spent
+    after each (spent[0] is given).
 
     Returns:
         The number of looks.
     """
+    chain, spent, rest = runs.chain[level], runs.spent[level], runs.rest
+    shown, unseen, at = runs.shown[level], runs.unseen[level], runs.begin[level]
+    for c in range(len(rest)):
+        rest[c] = not runs.gone[level, c]
     length = 0
-    while _may_be_missing(state, brought, gone):
+    while _may_be_missing(state, runs.brought[level], shown, unseen):
         least = np.inf
-        for c in range(len(gone)):
-            if not gone[c]:
+        for c in range(len(rest)):
+            if rest[c]:
                 least = min(least, state.metres[at, state.containers[c]])
         if least == np.inf:
             break
-        most = least + RELATIVE * max(MIN_SCALE, least)
-        for c in range(len(gone)):
-            if not gone[c] and state.metres[at, state.containers[c]] <= most:
-                spent[length + 1] = spent[length] + state.metres[at, state.containers[c]] + state.look
-                chain[length] = c
-                gone[c] = True
-                at = state.containers[c]
-                break
+        most, nearest = least + RELATIVE * max(MIN_SCALE, least), 0
+        while not rest[nearest] or state.metres[at, state.containers[nearest]] > most:
+            nearest += 1
+        spent[length + 1] = spent[length] + state.metres[at, state.containers[nearest]] + state.look
+        chain[length] = nearest
+        rest[nearest] = False
+        shown |= state.shown[nearest]
+        unseen -= state.unseen[nearest]
+        at = state.containers[nearest]
         length += 1
     return length
 
 
-@kernel()
-def _may_be_missing(state: _Errands, brought: int, gone: Bools) -> bool:
-    """Whether the item of some part may still be missing after looks into those containers."""
-    unseen_left = False
-    for c in range(len(gone)):
-        unseen_left |= state.unseen[c] and not gone[c]
-    for p in range(len(state.targets)):
-        if brought >> p & 1 or not state.missing[p] or (state.exists[p] and not unseen_left):
-            continue
-        found = False
-        for c in range(len(gone)):
-            found |= gone[c] and state.shown[p, c]
-        if not found:
-            return True
-    return False
+@kernel(inline="always", borrows=True)
+def _may_be_missing(state: _Errands, brought: int, shown: int, unseen: int) -> bool:
+    """Whether the item of some part may still be missing after looks that show those parts and leave so many unseen
+    containers."""
+    left = state.missing & ~brought & ~shown
+    return (left if unseen > 0 else left & ~state.exists) != 0
