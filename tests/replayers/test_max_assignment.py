@@ -24,14 +24,13 @@ FEW_DIFFERENT = st.sampled_from([0.0, 0.1, 0.2, 0.30000000000000004, 1.5, 2**0.5
 def test_pairs_are_those_of_scipy(worth: Floats) -> None:
     rows, columns = linear_sum_assignment(worth, maximize=True)
     ours = max_assignment(worth)
-    assert ours[0].tolist() == rows.tolist()
-    assert ours[1].tolist() == columns.tolist()
+    assert np.flatnonzero(ours >= 0).tolist() == rows.tolist()
+    assert ours[rows].tolist() == columns.tolist()
 
 
 def test_pairs_by_hand() -> None:
     """Row 0 leaves the most expensive column to row 1, to which it is worth more: 4 + 9."""
-    rows, columns = max_assignment(np.array([[5.0, 4.0, 0.0], [9.0, 1.0, 1.0]]))
-    assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == [(0, 1), (1, 0)]
+    assert max_assignment(np.array([[5.0, 4.0, 0.0], [9.0, 1.0, 1.0]])).tolist() == [1, 0]
 
 
 @settings(deadline=None)

@@ -17,18 +17,26 @@ from workbench.arrays import Floats, Ints
 from workbench.third_party.kernels import kernel
 
 
-def max_assignment(worth: Floats) -> tuple[Ints, Ints]:
-    """Row and column indices of the pairs, ordered by row; as many pairs as the shorter side has.
+@kernel()
+def max_assignment(worth: Floats) -> Ints:
+    """The column of each row, -1 for none, with as many pairs as the shorter side has; shape (rows,).
 
     Args:
         worth: weights, finite, shape (rows, columns).
     """
     rows, columns = worth.shape
-    if columns < rows:
-        chosen = _column_of_each_row(np.ascontiguousarray(-worth.T, dtype=np.float64))
-        order = np.argsort(chosen)
-        return chosen[order], order
-    return np.arange(rows), _column_of_each_row(np.ascontiguousarray(-worth, dtype=np.float64))
+    wide = rows <= columns
+    cost = np.empty((rows, columns) if wide else (columns, rows))
+    for row in range(rows):
+        for column in range(columns):
+            cost[(row, column) if wide else (column, row)] = -worth[row, column]
+    chosen = _column_of_each_row(cost)
+    if wide:
+        return chosen
+    column_of = np.full(rows, -1)
+    for column in range(columns):
+        column_of[chosen[column]] = column
+    return column_of
 
 
 @kernel()

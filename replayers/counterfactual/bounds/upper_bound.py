@@ -14,13 +14,13 @@ items, with other tools or elsewhere, and carry things once more; how often is n
 from __future__ import annotations
 
 from collections import Counter
-from itertools import permutations
+from itertools import accumulate, permutations
 from math import inf
 from typing import final
 
 import numpy as np
 
-from replayers.counterfactual.bounds.max_assignment import max_assignment
+from replayers.counterfactual.bounds.direct_route import longest_legs
 from replayers.counterfactual.bounds.travel_row import travel_row
 from replayers.counterfactual.estimates.complete_linkage import merge_widths
 from replayers.counterfactual.evidence import Evidence
@@ -58,6 +58,7 @@ class UpperBound:
         self._searchable = tuple(
             LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.refused_searches)
         )
+        self._places = [(c, self._index[c]) for c in self._searchable if c in self._index]
         self._in_passing = frozenset(map(LocationId, evidence.passing.open if evidence.passing is not None else ()))
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
@@ -81,37 +82,30 @@ class UpperBound:
         left = self._unmet_parts(knowledge)
         if self._traits.plans_shortest and (known := self._known_route(left, knowledge)) is not None:
             return known
-        looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
-        if self._all_known(left, knowledge):
-            looks = []
+        looks = [] if self._all_known(left, knowledge) else self._left_to_look(knowledge)
         parts = [part for part in left if part.at in self._index]
         stand = [self._known_sites(part, knowledge) for part in parts]
-        here = [self._index[knowledge.robot_at]] if knowledge.robot_at in self._index else []
+        here = self._index.get(knowledge.robot_at, -1)
         ends = [self._index[part.at] for part in parts]
-        starts = [*here, *looks, *ends]
-        if not starts:
+        if here < 0 and not looks and not ends:
             return 0.0
-        among = self._metres[starts]
         fetches = min(self.max_picks, len(parts))
-        stood = sorted({at for places in stand for at in places}.difference(looks))
-        if stood and not self._traits.empty_handed:
-            among = np.vstack([among, *[self._metres[stood].max(axis=0)] * fetches])
-        into_looks = among[:, looks]
-        to_looks = into_looks.max(axis=1, initial=0.0)
-        to_items = [np.maximum(to_looks, among[:, at].max(axis=1)) if at else to_looks for at in stand]
-        from_looks = self._metres[np.ix_(looks, ends)].max(axis=0, initial=0.0).tolist()
-        brought = [
-            max([far, *(float(self._metres[at, end]) for at in places)])
-            for far, end, places in zip(from_looks, ends, stand, strict=True)
-        ]
-        carried = sum(sorted(brought, reverse=True)[:fetches]) + 2 * fetches * self._costs.manipulation
-        to_fetch = np.reshape(_max_fetches(to_items, fetches), (-1, len(among)))
-        legs = _max_leg_assignment(np.concatenate([into_looks.T, to_fetch]))
+        longest = longest_legs(
+            self._metres,
+            here,
+            np.array(looks, dtype=np.int64),
+            np.array(ends, dtype=np.int64),
+            np.array([at for places in stand for at in places], dtype=np.int64),
+            np.array([0, *accumulate(map(len, stand))], dtype=np.int64),
+            fetches,
+            not self._traits.empty_handed,
+        )
+        carried = sum(sorted(longest.brought.tolist(), reverse=True)[:fetches])
+        legs = float(longest.assigned.sum())
         if self._traits.nearest_first and looks:
-            into = self._nearest_legs(tuple(looks), (*here, *ends))
-            fetched = sum(sorted((float(ways.max()) for ways in to_items), reverse=True)[:fetches])
-            legs = min(legs, into + fetched)
-        return legs + self._costs.search * len(looks) + carried
+            into = self._nearest_legs(tuple(looks), (*([here] if here >= 0 else []), *ends))
+            legs = min(legs, into + sum(sorted(longest.fetched.tolist(), reverse=True)[:fetches]))
+        return legs + self._costs.search * len(looks) + (carried + 2 * fetches * self._costs.manipulation)
 
     def detours(self, knowledge: Knowledge) -> float:
         """What a robot that stops for tags seen in passing walks besides, from a state on.
@@ -155,6 +149,11 @@ class UpperBound:
         fetches = min(self.max_picks, len(left))
         moves = len(looks) + 2 * fetches + walking
         return moves * longest + self._costs.search * len(looks) + 2 * fetches * self._costs.manipulation
+
+    def _left_to_look(self, knowledge: Knowledge) -> list[int]:
+        """Location indices of the containers that are not searched."""
+        seen = knowledge.first_seen
+        return [at for container, at in self._places if container not in seen]
 
     def _unmet_parts(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
         """The parts of the goal that are not met."""
@@ -244,21 +243,6 @@ def nearest_first_leg_bound(metres: Floats, looks: list[int], starts: list[int])
     between = metres[np.ix_(looks, looks)]
     widths = merge_widths(np.maximum(between, between.T))
     return from_elsewhere + float(widths[1:].sum() + widths[-1])  # no leg leaves the last look: not widths[0]
-
-
-def _max_leg_assignment(legs: Floats) -> float:
-    """The most expensive assignment of distinct starts (columns) to legs (rows)."""
-    if not legs.size:
-        return 0.0
-    rows, columns = max_assignment(legs)
-    return float(legs[rows, columns].sum())
-
-
-def _max_fetches(to_items: list[Floats], count: int) -> list[Floats]:
-    """For `count` fetches of any of the parts: the most expensive way to an item from each start, so many times."""
-    if len(to_items) <= count:
-        return to_items
-    return [np.max(to_items, axis=0)] * count
 
 
 def _is_plain_delivery(goal: Goal) -> bool:
