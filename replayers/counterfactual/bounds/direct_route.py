@@ -15,6 +15,9 @@ from replayers.counterfactual.bounds.max_assignment import max_assignment
 from workbench.arrays import Floats, Ints
 from workbench.third_party.kernels import kernel
 
+STOOD = -1
+"""In place of a start: where an item stood."""
+
 
 class LongestLegs(NamedTuple):
     """Legs in metres.
@@ -47,25 +50,29 @@ def longest_legs(
         with_stood: so many legs to items may also start where one stood.
     """
     n, parts = len(looks), len(ends)
-    starts = _rows_of_starts(metres, here, looks, ends, sites, fetches if with_stood else 0)
-    fetched_rows = parts if parts <= fetches else fetches
-    worth = np.zeros((n + fetched_rows, len(starts)))
+    farthest, some = _farthest_from_sites(metres, looks, sites)
+    starts = np.full((here >= 0) + n + parts + (fetches if some and with_stood else 0), STOOD)
+    if here >= 0:
+        starts[0] = here
+    starts[(here >= 0) : (here >= 0) + n] = looks
+    starts[(here >= 0) + n : (here >= 0) + n + parts] = ends
+    worth = np.zeros((n + min(parts, fetches), len(starts)))
     fetched, brought = np.zeros(parts), np.zeros(parts)
     for s in range(len(starts)):
-        longest = 0.0
+        row, longest = metres[starts[s]] if starts[s] >= 0 else farthest, 0.0
         for i in range(n):
-            worth[i, s] = starts[s, looks[i]]
+            worth[i, s] = row[looks[i]]
             longest = max(longest, worth[i, s])
         for part in range(parts):
             way = longest
             for site in sites[first[part] : first[part + 1]]:
-                way = max(way, starts[s, site])
+                way = max(way, row[site])
             fetched[part] = max(fetched[part], way)
             if parts <= fetches:
                 worth[n + part, s] = way
             else:
-                for row in range(fetches):
-                    worth[n + row, s] = max(worth[n + row, s], way)
+                for fetch in range(fetches):
+                    worth[n + fetch, s] = max(worth[n + fetch, s], way)
     for part in range(parts):
         for look in looks:
             brought[part] = max(brought[part], metres[look, ends[part]])
@@ -75,31 +82,19 @@ def longest_legs(
 
 
 @kernel()
-def _rows_of_starts(metres: Floats, here: int, looks: Ints, ends: Ints, sites: Ints, times: int) -> Floats:
-    """Metres to all locations from each start: here, each look and each end, and so many times the farthest of the
-    sites where nothing is left to look into; shape (starts, locations)."""
-    locations = len(metres)
-    is_look, stood = np.zeros(locations, np.bool_), np.zeros(locations, np.bool_)
-    for look in looks:
-        is_look[look] = True
-    some = False
+def _farthest_from_sites(metres: Floats, looks: Ints, sites: Ints) -> tuple[Floats, bool]:
+    """The greatest distance of each location from the sites where nothing is left to look into, and whether there are
+    such; shape (locations,)."""
+    farthest, some = np.zeros(len(metres)), False
     for site in sites:
-        if not is_look[site]:
-            stood[site] = some = True
-    fixed = (here >= 0) + len(looks) + len(ends)
-    rows = np.zeros((fixed + (times if some else 0), locations))
-    for to in range(locations):
-        if here >= 0:
-            rows[0, to] = metres[here, to]
-        for i in range(len(looks)):
-            rows[(here >= 0) + i, to] = metres[looks[i], to]
-        for i in range(len(ends)):
-            rows[fixed - len(ends) + i, to] = metres[ends[i], to]
-        for i in range(fixed, len(rows)):
-            for site in range(locations):
-                if stood[site]:
-                    rows[i, to] = max(rows[i, to], metres[site, to])
-    return rows
+        looked_into = False
+        for look in looks:
+            looked_into |= look == site
+        if not looked_into:
+            some = True
+            for to in range(len(metres)):
+                farthest[to] = max(farthest[to], metres[site, to])
+    return farthest, some
 
 
 @kernel()
