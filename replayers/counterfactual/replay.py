@@ -174,7 +174,7 @@ def replay_strategy(prepared: PreparedLog, planner: Strategy, *, worlds: Sequenc
         segments=found.segments,
         asked=found.asked,
         worlds=MappingProxyType(dict(_events_in_worlds(worlds, prepared, tree, planner, bounds, drawn))),
-        notes=(*prepared.notes, *_nondeterminism_note(tree, planner, first)),
+        notes=(*prepared.notes, *_nondeterminism_note(tree, planner, first), *_outer_note(planner, bounds)),
     )
     if ended.status is RunStatus.PLANNER_FAILED:
         return _without_bounds(made, ended.reason)
@@ -311,3 +311,8 @@ def _nondeterminism_note(tree: RunTree, planner: Strategy, alone: RunEnded) -> t
     if _begins_as(tree, alone):
         return ()
     return (f"{planner.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",)
+
+
+def _outer_note(planner: Strategy, bounds: Bounds) -> tuple[str, ...]:
+    """A note on why an end of the bounds is not reached in any world that is known."""
+    return (f"the bounds of {planner.name} are outer ones: {bounds.why_outer}",) if bounds.why_outer else ()

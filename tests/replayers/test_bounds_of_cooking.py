@@ -51,6 +51,8 @@ def test_a_cook_whose_worlds_were_not_all_followed_has_none(tmp_path: Path, goal
     assert early.upper_proof is Proof.NONE
     assert not early.exact
     assert early.lower <= whole.lower + 1e-6
+    assert "--budget" in early.why_outer
+    assert "no upper bound" in early.why_outer
     if whole.complete:
         assert whole.upper_proof is Proof.EXACT
         assert whole.upper < inf
@@ -71,6 +73,15 @@ def test_an_upper_bound_of_a_breakfast_is_near_what_was_found_or_is_none(kept: t
     for b in bounds:
         assert isinf(b.upper) == (b.upper_proof == "none")
         assert isinf(b.upper) or b.upper <= 3 * b.largest_found
+
+
+@pytest.mark.ci
+def test_notes_say_why_an_end_is_not_reached(kept: tuple[StoredReplay, ...]) -> None:
+    for replay in kept:
+        assert replay.bounds is not None
+        reached = replay.bounds.lower_proof == replay.bounds.upper_proof == "exact"
+        said = [note for note in replay.notes if note.startswith(f"the bounds of {replay.strategy} are outer ones: ")]
+        assert len(said) == (0 if reached else 1)
 
 
 @pytest.mark.ci

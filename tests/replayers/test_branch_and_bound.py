@@ -186,6 +186,7 @@ def test_whatever_the_budget_bounds_hold_and_say_what_they_rest_on(tmp_path: Pat
             assert bounds.lower == pytest.approx(exact.lower)
         if bounds.upper_proof is Proof.EXACT:
             assert bounds.upper == pytest.approx(exact.upper)
+        assert bool(bounds.why_outer) == (not bounds.lower_proof is bounds.upper_proof is Proof.EXACT)
 
 
 @pytest.mark.ci_but(6)

@@ -13,10 +13,23 @@ from math import inf
 from replayers.counterfactual.results import BoundFigures, Proof, WorldGroup
 from replayers.counterfactual.run_tree import Leaf
 from workbench.execution.events import RunStatus
+from workbench.message_enum import MessageEnum
 from workbench.tolerances import NEAR_COST
 
 MAX_WORLD_GROUPS = 2000
 """Groups of worlds, for comparisons world by world; beyond this, the bounds alone are kept."""
+
+
+class OuterReason(MessageEnum):
+    """Why an end of the interval is an outer bound, or unknown."""
+
+    BELIEFS = "what else the open containers hold may change what it believes, and it is not followed beyond that"
+    BUDGET = (
+        "after {segments} segments more runs were left that might cost less or more than could be followed (--budget "
+        "sets how many)"
+    )
+    COMBINATIONS = "a container can hold more combinations of items than are followed"
+    DETOURS = "it does not go straight, or nobody knows whether it does, so that no upper bound is known"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,12 +39,16 @@ class Bounds(BoundFigures):
     Attributes:
         segments: how many segments of the loop it took.
         cut: whether some run was not followed because beliefs that are not known decide how it goes on.
+        unfinished: whether the search stopped before it had followed every run that could cost least or most.
+        unlisted: whether some container can hold more combinations of items than are followed.
         cheapest, most_expensive: ends that cost least_found and largest_found: worlds that one can look at.
         groups: what is known of the cost in each group of worlds, all together; empty when there are too many.
     """
 
     segments: int
     cut: bool = False
+    unfinished: bool = False
+    unlisted: bool = False
     cheapest: Leaf | None = None
     most_expensive: Leaf | None = None
     groups: tuple[WorldGroup, ...] = ()
@@ -39,6 +56,20 @@ class Bounds(BoundFigures):
     @property
     def figures(self) -> BoundFigures:
         return BoundFigures(**{f.name: getattr(self, f.name) for f in fields(BoundFigures)})
+
+    @property
+    def why_outer(self) -> str:
+        """Why an end of the interval is not reached; "" where both are."""
+        if self.lower_proof is self.upper_proof is Proof.EXACT:
+            return ""
+        reasons = {
+            OuterReason.BELIEFS: self.cut,
+            OuterReason.BUDGET: self.unfinished,
+            OuterReason.COMBINATIONS: self.unlisted,
+            OuterReason.DETOURS: self.upper_proof is Proof.NONE,
+        }
+        found = [reason.result(segments=str(self.segments)) for reason, holds in reasons.items() if holds]
+        return "; ".join(reason.message for reason in found)
 
     def with_ends(self, leaves: Iterable[Leaf | None]) -> Bounds:
         """The same, with these ends of runs taken into account: each is in some consistent world.

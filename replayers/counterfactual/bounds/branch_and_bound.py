@@ -73,6 +73,7 @@ class BoundSearch:
         self._only_certain = only_certain
         self._is_straight = True
         self._cut = False
+        self._unfinished = False
         self._barred: list[tuple[float, float]] = []  # costs of ambiguous nodes, from below and above
         self._budget = budget
         self._failure = tree.evidence.task.failure_cost
@@ -98,12 +99,14 @@ class BoundSearch:
             side = self._unsettled_side()
             limit = self._limit(spent)
             if spent >= limit or (side is None and spent >= self._budget.finish):
+                self._unfinished = side is not None
                 break
             if side == "high":
                 if (known := self._largest_known()) is not None:
                     self._expand_below(known)
                     continue
                 if self._is_hopeless(spent, limit):
+                    self._unfinished = True
                     break
             self._descend(side)
         return self._result()
@@ -381,6 +384,8 @@ class BoundSearch:
             complete=whole.whole,
             segments=self._tree.segments,
             cut=self._cut,
+            unfinished=self._unfinished,
+            unlisted=bool(self._others),
             can_fail=whole.fails,
             cheapest=self._attaining_leaf("low"),
             most_expensive=self._attaining_leaf("high"),
