@@ -48,7 +48,7 @@ TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
 @pytest.mark.parametrize(
     ("command", "spared"),
     [
-        ("--help", NUMBERS | PICTURES | TORCH | TABLES | NETWORK),
+        ("--help", NUMBERS | PICTURES | TORCH | TABLES | NETWORK | {"workbench.worlds.house"}),
         ("list logs", NUMBERS - {"numpy"} | PICTURES | TORCH),
         ("list logs --strategy lios", NUMBERS - {"numpy"} | PICTURES | TORCH),
         (f"info {LOG}", NUMBERS | PICTURES | TORCH),

@@ -9,7 +9,6 @@ import click
 
 from workbench.options import Json
 from workbench.parameters import Argument, Option
-from workbench.planning.plans import PlanStatus
 
 
 def plan(
@@ -47,6 +46,7 @@ def plan(
     """
     from replayers.batch.replan import replan
     from replayers.runs.run import read
+    from workbench.planning.plans import PlanStatus
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, emit_text, patience
 
@@ -96,6 +96,7 @@ def _write(made: Any, folder: Path, *, force: bool) -> None:
 
 
 def _show(made: Any) -> None:
+    from workbench.planning.plans import PlanStatus
     from workbench.terminal import emit_table, emit_text, say
 
     answer = made.answer()
