@@ -133,7 +133,7 @@ class PreparedLog:
         draws: names the drawn worlds; only replays with the same draws are paired.
         search_cache: the searches that strategies over this log have requested.
         searched: finished searches of the worlds, by what the strategies that share them have in common.
-        driven: the tree of the run's own strategy, until a replay of that strategy takes it over; at most one.
+        driven: by its name, the tree of the run's own strategy, until a replay of that strategy takes it over.
         paths: the paths between locations, each found once.
         with_paths: whether runs over the log hold the paths walked and explain their decisions.
     """
@@ -159,7 +159,7 @@ class PreparedLog:
     searched: Cache[Hashable, WorldSearch] = field(
         default_factory=lambda: Cache(MAX_SHARED_SEARCHES), compare=False, repr=False
     )
-    driven: list[DrivenTree] = field(default_factory=list[DrivenTree], compare=False, repr=False)
+    driven: Cache[str, DrivenTree] = field(default_factory=lambda: Cache(2), compare=False, repr=False)
 
     @property
     def is_fitted(self) -> bool:
@@ -281,8 +281,10 @@ def _with_worlds(prepared: PreparedLog, types: tuple[ItemType, ...]) -> Prepared
 
 def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
     """The tree of the strategy's runs over the log."""
-    if prepared.driven and prepared.driven[0].is_of(prepared, planner):
-        return prepared.driven.pop().tree
+    drove = prepared.driven.find(planner.name)
+    if drove is not None and drove.is_of(prepared, planner):
+        prepared.driven.drop(planner.name)
+        return drove.tree
     evidence, built_in = prepared.evidence, canonical_name(planner.name)
     traits = search_traits(planner, evidence.task.goal)
     budget = prepared.settings.budget.of(plans_shortest=traits.plans_shortest)
@@ -315,7 +317,7 @@ def _run_by_tree(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...] 
     if not prepared.is_plain or not prepared.exact_beliefs:
         return None
     tree = run_tree_of(prepared, planner)
-    prepared.driven.append(DrivenTree(planner=planner, estimator=prepared.estimator, tree=tree))
+    prepared.driven.put(planner.name, DrivenTree(planner=planner, estimator=prepared.estimator, tree=tree))
     return plain_events(prepared.evidence, tree.advance(tree.root), durations=prepared.durations)
 
 

@@ -13,18 +13,24 @@ from hypothesis import strategies as st
 from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import MUG, PENCIL, InOrder, toy_evidence, toy_run
 
+from replayers import read
 from replayers.batch.next_look import rank_looks
-from replayers.counterfactual.estimates.estimate import estimate_of, mass_within, predictive_interval
+from replayers.counterfactual.bounds.bounds import Budget
+from replayers.counterfactual.bounds.branch_and_bound import bounds_of
+from replayers.counterfactual.estimates.estimate import costs_in, estimate_of, mass_within, predictive_interval
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
-from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy, run_tree_of
 from replayers.evaluation.calibration import pit_below, pit_distance, pit_histogram, pit_interval, share_within
 from workbench.beliefs.belief import Belief
+from workbench.execution.events import RunStatus
+from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import find_task
 from workbench.worlds.house import START, ItemType
 
 P_BED, P_DESK = 0.2, 0.5
+LOGS = Path(__file__).parents[2] / "logs"
 
 
 def drawn(tmp_path: Path, item_type: ItemType, *, exists: bool, count: int = 40_000) -> SampledWorlds:
@@ -84,6 +90,31 @@ def test_an_estimate_is_the_mean_over_the_drawn_worlds(tmp_path: Path) -> None:
     assert made.estimate.mean == pytest.approx(by_hand.mean())
     assert made.estimate.ci95[0] < made.estimate.mean < made.estimate.ci95[1]
     assert made.estimate.success == 1.0
+
+
+@pytest.mark.parametrize("name", ["opt-lios", "opt-greedy"])
+@pytest.mark.parametrize("followed", [0, 40])
+def test_worlds_that_go_down_the_tree_together_end_as_each_does_alone(name: str, followed: int) -> None:
+    """Whatever was followed before: the same costs, in as many segments."""
+    prepared = prepare_log(read(LOGS / "deliver-3.mcap"), ReplaySettings(worlds=80), with_paths=False)
+    worlds = prepared.worlds
+    assert worlds is not None
+    together, one_by_one = (run_tree_of(prepared, strategy(name)) for _ in range(2))
+    for tree in (together, one_by_one):
+        bounds_of(tree, budget=Budget(segments=followed, finish=0))
+    leaves = [one_by_one.follow(worlds.chooser(world)) for world in range(len(worlds))]
+    for _ in range(2):  # the second time every end is known
+        costs, done = costs_in(worlds, together)
+        assert costs.tolist() == [leaf.cost for leaf in leaves]
+        assert done.tolist() == [leaf.status is RunStatus.DONE for leaf in leaves]
+    assert together.segments == one_by_one.segments
+    assert list(together.asked) == list(one_by_one.asked)
+
+
+def test_answers_name_the_types_that_still_matter(tmp_path: Path) -> None:
+    worlds = drawn(tmp_path, MUG, exists=False, count=20)
+    assert worlds.answers(DESK, (MUG,)) == tuple((MUG,) if there else () for there in worlds.inside[:, 0, 1])
+    assert set(worlds.answers(DESK, ())) == {()}
 
 
 def test_more_worlds_narrow_the_interval_of_the_mean_but_not_of_the_cost() -> None:

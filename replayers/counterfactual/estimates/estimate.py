@@ -6,12 +6,15 @@ Bounds are in bounds.py, and calibration.py measures how often such estimates ho
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import ceil, sqrt
 
 import numpy as np
 
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from replayers.counterfactual.relevance import Answer
 from replayers.counterfactual.results import Estimate
+from replayers.counterfactual.run_nodes import Node
 from replayers.counterfactual.run_tree import RunTree
 from workbench.arrays import Bools, Floats
 from workbench.execution.events import RunStatus
@@ -31,15 +34,45 @@ def costs_in(worlds: SampledWorlds, tree: RunTree, *, max_segments: int | None =
             MIN_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
     """
     costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
-    began = tree.segments
+    began, known = tree.segments, _known_ends(worlds, tree)
     for world in range(len(worlds)):
         spent = tree.segments - began
         if max_segments is not None and world >= MIN_WORLDS and spent >= max_segments:
             return costs[:world], done[:world]
-
-        leaf = tree.follow(worlds.chooser(world))
-        costs[world], done[world] = leaf.cost, leaf.status is RunStatus.DONE
+        if world in known:
+            costs[world], done[world] = known[world]
+        else:
+            leaf = tree.follow(worlds.chooser(world))
+            costs[world], done[world] = leaf.cost, leaf.status is RunStatus.DONE
     return costs, done
+
+
+def _known_ends(worlds: SampledWorlds, tree: RunTree) -> dict[int, tuple[float, bool]]:
+    """The cost, and whether the task was done, in each world that ends where the tree was followed already.
+
+    Worlds go down the tree together as long as they give the same answers.
+    """
+    ends: dict[int, tuple[float, bool]] = {}
+    waiting: list[tuple[Node, float, Iterable[int]]] = [(tree.root, 0.0, range(len(worlds)))]
+    while waiting:
+        node, cost, group = waiting.pop()
+        segment = node.segment
+        if segment is None or node.ambiguous:
+            continue
+        cost += segment.cost
+        look = segment.unobserved
+        if look is None:
+            end = (cost, True) if segment.done else (tree.evidence.task.failure_cost, False)
+            ends |= dict.fromkeys(group, end)
+            continue
+        answers, alike = worlds.answers(look.container, look.live), dict[Answer, list[int]]()
+        for world in group:
+            alike.setdefault(answers[world], []).append(world)
+        for answer, some in alike.items():
+            child = node.children.get(answer if look.allows(answer) else look.options[0])
+            if child is not None:
+                waiting.append((child, cost, some))
+    return ends
 
 
 def estimate_of(costs: Floats, done: Bools) -> Estimate:

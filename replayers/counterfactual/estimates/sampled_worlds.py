@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 
@@ -19,7 +20,13 @@ from replayers.counterfactual.relevance import Answer, Relevance
 from replayers.counterfactual.run_tree import Choose, UnobservedLook
 from workbench.arrays import Bools, Floats
 from workbench.beliefs.belief import Belief
+from workbench.caches import PerObject
 from workbench.worlds.house import ContainerId, ItemType
+
+MAX_CACHED_ANSWERS = 1000
+
+_ANSWERS: PerObject[tuple[ContainerId, tuple[ItemType, ...]], tuple[Answer, ...]] = PerObject(MAX_CACHED_ANSWERS)
+"""By the contents of sampled worlds, what each container answers in every world."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,8 +49,16 @@ class SampledWorlds:
 
     def answer(self, world: int, container: ContainerId, live: tuple[ItemType, ...]) -> Answer:
         """What a container holds in a world, restricted to the types that still matter."""
-        column = self.inside[world, :, self.containers.index(container)]
-        return tuple(t for t, there in zip(self.item_types, column, strict=True) if there and t in live)
+        return self.answers(container, live)[world]
+
+    def answers(self, container: ContainerId, live: tuple[ItemType, ...]) -> tuple[Answer, ...]:
+        """What a container holds in each world, restricted to the types that still matter."""
+        return _ANSWERS.of(self.inside).get((container, live), lambda: self._restricted(container, live))
+
+    def _restricted(self, container: ContainerId, live: tuple[ItemType, ...]) -> tuple[Answer, ...]:
+        kept = [t in live for t in self.item_types]
+        types, there = list(compress(self.item_types, kept)), self.inside[:, kept, self.containers.index(container)]
+        return tuple([tuple(compress(types, row)) for row in there.tolist()])
 
     def chooser(self, world: int) -> Choose:
         """A function that gives the contents of each open container of a run as they are in one world."""
