@@ -14,6 +14,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeVar, cast
 
+from workbench.caches import Cache
 from workbench.errors import BadValue, Unsupported
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch, WithRepeatedLooks
@@ -163,11 +164,21 @@ def strategy(name: str, *, origin: NameOrigin = NameOrigin.LOG, house: House | N
     if at and canonical_name(base) is not None:
         return _with_solver(strategy(base, origin=origin, house=house), solver_name, origin)
     known = canonical_name(name)
+    if known in NEEDS_TRUTH:
+        return _built_in(known, origin, house)
     if known is not None:
-        made = STRATEGIES.get(known) or VARIANTS[known]
-        with import_path(origin):
-            return made(house if known in NEEDS_TRUTH else None)
+        return _MADE.get(known, lambda: _built_in(known, origin, None))
     return _plugin_strategy(strategy_plugin(name, origin=origin))
+
+
+_MADE: Cache[str, Strategy] = Cache(64)
+"""Built-in strategies, which nobody can change, by canonical name."""
+
+
+def _built_in(known: str, origin: NameOrigin, house: House | None) -> Strategy:
+    make = STRATEGIES.get(known) or VARIANTS[known]
+    with import_path(origin):
+        return make(house)
 
 
 def strategy_plugin(name: str, *, origin: NameOrigin) -> Plugin:
