@@ -85,7 +85,7 @@ class LogReplayer:
         self._run: Run | None = None
         self._prepared: PreparedLog | LiosError | None = None
         try:
-            self._run = read(log, with_truth=request.settings.with_truth)
+            self._run = read(log, with_truth=request.settings.with_truth, with_poses=False)
         except LiosError as error:
             self.failure = LogFailed(log=self._log, strategy="", reason=str(error))
 

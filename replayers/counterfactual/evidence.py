@@ -121,6 +121,7 @@ class Evidence:
         seen_on_moves: what it saw so while recording, by the number of the move.
         seen_at_start: what of the known is so because it is in view from the start pose, with that pose.
         notes: what was odd and how it is read, one line each.
+        open: containers that can be reached and whose contents nobody saw, in the order of the floor plan.
     """
 
     path: str
@@ -157,23 +158,24 @@ class Evidence:
     seen_on_moves: Mapping[int, SeenOnMove] = field(default_factory=lambda: MappingProxyType({}))
     seen_at_start: Mapping[ContainerId, Pose] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
+    open: tuple[ContainerId, ...] = field(init=False, repr=False, compare=False)
 
     @property
     def travel(self) -> TravelCosts:
         """The travel costs, with what the robot sees on its ways."""
         return self.place.travel if self.passing is None else self.passing.travel_from(START)
 
-    @property
-    def open(self) -> tuple[ContainerId, ...]:
-        """Containers that can be reached and whose contents nobody saw, in the order of the floor plan."""
-        return tuple(
+    def __post_init__(self) -> None:
+        place = self.place
+        names = (
             c.id
-            for c in self.place.plan.containers
+            for c in place.plan.containers
             if c.id not in self.contents
             and c.id not in self.refused_searches
             and LocationId(c.id) not in self.refused_moves
-            and self.place.travel.reaches(LocationId(c.id))
+            and place.travel.reaches(LocationId(c.id))
         )
+        object.__setattr__(self, "open", tuple(names))
 
     @property
     def doubtful(self) -> tuple[ContainerId, ...]:

@@ -225,11 +225,12 @@ _HELD_AS: Mapping[type[msgspec.Struct], str] = MappingProxyType(
 """The attribute of a run that holds the events of a class."""
 
 
-def read(path: Path | str, *, with_truth: bool = False) -> Run:
+def read(path: Path | str, *, with_truth: bool = False, with_poses: bool = True) -> Run:
     """Reads a log.
 
     Args:
         with_truth: also read the true contents that a simulated run recorded; planners must not see them.
+        with_poses: keep the robot's poses, most of a log's messages, which tables and views show and no replay needs.
 
     Raises:
         FileMissing, NoMcap: no file, or no MCAP file.
@@ -239,7 +240,11 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
         NewerSchema: recorded by a later release.
     """
     found = RunBuilder(path_of(path), with_truth)
-    content = ChunkMessages(topics=found.wants, on_damage=found.damage.append)
+
+    def keeps(topic: str) -> bool:
+        return found.wants(topic) and (with_poses or topic != POSE_TOPIC)
+
+    content = ChunkMessages(topics=keeps, on_damage=found.damage.append)
     with open_log(path) as stream:
         index, closed = read_index(stream), is_closed(stream)
         ended = index is not None

@@ -24,6 +24,7 @@ import numpy as np
 
 from replayers.counterfactual.evidence import Evidence
 from workbench.arrays import Bools, Floats
+from workbench.caches import PerObject
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import Delivered, distinct_deliveries
 from workbench.search.policies.nearest_first import NearestFirst
@@ -50,7 +51,7 @@ def needed_items(evidence: Evidence, policy: SearchPolicy | None) -> NeededItems
     if policy is None or refused or seen or not 0 < len(parts) <= MAX_PARTS:
         return None
     metres = evidence.place.travel.metres
-    is_metric = all(np.allclose(metres, other, rtol=0, atol=TINY) for other in (shortest_paths(metres), metres.T))
+    is_metric = _METRIC.of(metres).get(TINY, lambda: _is_metric(metres))
     if not is_metric or evidence.costs.manipulation <= NEAR_COST:
         return None
     index = {name: i for i, name in enumerate(evidence.place.travel.locations)}
@@ -58,6 +59,15 @@ def needed_items(evidence: Evidence, policy: SearchPolicy | None) -> NeededItems
         return None
     handle, unopened = evidence.costs.manipulation, tuple(evidence.open)
     return NeededItems(parts, metres, index, handle, unopened, any_first=isinstance(policy, NearestFirst))
+
+
+_METRIC: PerObject[float, bool] = PerObject(2)
+"""By distances, whether they are a metric."""
+
+
+def _is_metric(metres: Floats) -> bool:
+    """Whether no path through a third place is shorter, and every way back as long."""
+    return all(np.allclose(metres, other, rtol=0, atol=TINY) for other in (shortest_paths(metres), metres.T))
 
 
 @final
