@@ -262,10 +262,16 @@ def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
 
 
 def _difference_bounds(a: Sequence[WorldGroup], b: Sequence[WorldGroup], together: Bools) -> tuple[float, float]:
-    """The least and the greatest cost difference over the groups of worlds that both strategies share."""
-    least = np.array([x.least for x in a])[:, None] - np.array([y.most for y in b])[None, :]
-    most = np.array([x.most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
-    return float(least[together].min()), float(most[together].max())
+    """The least and the greatest cost difference over the groups of worlds that both strategies share.
+
+    Of the groups of b that share worlds with one of a, the most expensive one makes the least difference, and the
+    cheapest one the greatest.
+    """
+    dearest = np.where(together, np.array([y.most for y in b]), -np.inf).max(axis=1)
+    cheapest = np.where(together, np.array([y.least for y in b]), np.inf).min(axis=1)
+    shared = together.any(axis=1)
+    least, most = np.array([x.least for x in a]) - dearest, np.array([x.most for x in a]) - cheapest
+    return float(least[shared].min()), float(most[shared].max())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -284,10 +290,16 @@ class _Answers:
 
 def _answers_of(groups: Sequence[WorldGroup]) -> _Answers:
     found: dict[str, tuple[dict[Assignment, int], list[int]]] = {}
+    numbers: dict[int, tuple[list[int], int]] = {}  # by identity: many groups share an answer
     for g, group in enumerate(groups):
         for answer in group.filled:
-            known, which = found.setdefault(answer.container, ({}, [-1] * len(groups)))
-            which[g] = known.setdefault(answer, len(known))
+            numbered = numbers.get(id(answer))
+            if numbered is None:
+                if answer.container not in found:
+                    found[answer.container] = ({}, [-1] * len(groups))
+                known, which = found[answer.container]
+                numbered = numbers[id(answer)] = which, known.setdefault(answer, len(known))
+            numbered[0][g] = numbered[1]
     by_container = {c: (tuple(known), np.array(which, dtype=np.int64)) for c, (known, which) in found.items()}
     return _Answers(groups=len(groups), by_container=by_container)
 

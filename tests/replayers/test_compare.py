@@ -14,12 +14,19 @@ from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import InOrder, simulated_log
 from toy_replays import kept
 
-from replayers.batch.compare import answers_compatible, changed_houses, compare, cost_difference, runs_once
+from replayers.batch.compare import (
+    _difference_bounds,
+    answers_compatible,
+    changed_houses,
+    compare,
+    cost_difference,
+    runs_once,
+)
 from replayers.batch.replay_rows import pair_rows
 from replayers.batch.store import (
     write_replay,
 )
-from replayers.counterfactual.results import Assignment
+from replayers.counterfactual.results import Assignment, WorldGroup
 from workbench.cli import run as lios
 from workbench.log_schema.place import house_sha256
 from workbench.worlds.geometry import Pose
@@ -52,6 +59,19 @@ def test_worlds_are_matched_so_that_common_luck_cancels(tmp_path: Path) -> None:
     alone = cost_difference(msgspec.structs.replace(a, groups=()), b)
     assert not alone.paired
     assert (alone.least, alone.most) == (-5.0, 2.0)
+
+
+def test_bounds_of_a_difference_are_those_over_all_pairs_of_groups() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        ends = np.sort(rng.integers(0, 30, (9, 2)).astype(np.float64), axis=1).tolist()
+        groups = [WorldGroup(filled=(), least=least, most=most) for least, most in ends]
+        a, b = groups[:4], groups[4:]
+        together = rng.random((4, 5)) < 0.4
+        together[0, 0] = True
+        pairs = [(a[i], b[j]) for i, j in zip(*np.nonzero(together), strict=True)]
+        expected = min(x.least - y.most for x, y in pairs), max(x.most - y.least for x, y in pairs)
+        assert _difference_bounds(a, b, together) == expected
 
 
 def test_rows_pair_the_strategies_of_each_log_and_no_others(tmp_path: Path) -> None:
