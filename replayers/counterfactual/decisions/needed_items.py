@@ -111,7 +111,7 @@ class NeededItems:
         begin = [here, *self._ends]
         if self._some_missing(knowledge):
             begin += self._where_left(knowledge)
-        needed = _least_for_some(self._errands[item_type][np.ix_(begin, at)])
+        needed = _least_for_some(_from_to(self._errands[item_type], begin, at))
         return tuple([place for place, is_needed in zip(known, needed.tolist(), strict=True) if is_needed])
 
     def one_plan_is_best(self, knowledge: Knowledge) -> bool:
@@ -139,7 +139,7 @@ class NeededItems:
                 if missing[i]
                 else [self._index[at] for at, _ in knowledge.where(item_type) if at in self._index]
             )
-            legs[:, i] = self._errands[item_type][np.ix_(begin, by)].min(axis=1, initial=np.inf)
+            legs[:, i] = _from_to(self._errands[item_type], begin, by).min(axis=1, initial=np.inf)
         costs = self._costs_by_beginning(legs.tolist(), missing)
         everywhere = np.array([self.least_from_everywhere(self._parts[p].item_type, knowledge, looks) for p in left])
         places = np.array(begin)
@@ -154,15 +154,15 @@ class NeededItems:
         errands = self._errands[item_type]
         known = [self._index[at] for at, _ in knowledge.where(item_type) if at in self._index]
         if not known:
-            return errands[:, looks].min(axis=1)
+            return errands.take(looks, axis=1).min(axis=1)
         begin = [self._index[knowledge.robot_at], *self._ends]
         if self._some_missing(knowledge):
             begin += looks
         looked = [self._index[LocationId(c)] for c in sorted(self._open & knowledge.first_seen.keys())]
-        nearest = errands[np.ix_(begin, known)].min(axis=1, keepdims=True)
-        nearer = (errands[np.ix_(begin, looked)] < nearest - NEAR_COST * np.maximum(1.0, nearest)).any(axis=0)
+        nearest = _from_to(errands, begin, known).min(axis=1, keepdims=True)
+        nearer = (_from_to(errands, begin, looked) < nearest - NEAR_COST * np.maximum(1.0, nearest)).any(axis=0)
         others = [place for place, is_nearer in zip(looked, nearer.tolist(), strict=True) if not is_nearer]
-        return errands[:, [*known, *others]].min(axis=1)
+        return errands.take([*known, *others], axis=1).min(axis=1)
 
     def _costs_by_beginning(self, legs: list[list[float]], missing: list[bool]) -> list[float]:
         """The least cost of the plans that begin alike, up to the first look, in ascending order."""
@@ -183,6 +183,11 @@ class NeededItems:
             self._left = knowledge.unsearched
             self._places_left = [self._index[LocationId(c)] for c in self._left]
         return self._places_left
+
+
+def _from_to(table: Floats, rows: list[int], columns: list[int]) -> Floats:
+    """A part of a table: np.ix_ in a third of its time."""
+    return table.take(rows, axis=0).take(columns, axis=1)
 
 
 def _least_for_some(costs: Floats) -> Bools:
