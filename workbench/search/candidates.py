@@ -18,6 +18,7 @@ import numpy as np
 from workbench.arrays import Floats, Indices
 from workbench.errors import BadValue, Unsupported
 from workbench.search.find_costs import BeliefModel
+from workbench.search.remaining import compiled_loops
 from workbench.search.ties import ranked
 
 Ranking = Literal["probable", "worth"]
@@ -80,7 +81,7 @@ def choose(
     else:
         score = probability.copy()
         score[:, nearest(from_m, to_m, count=count)] = 2.0
-    return np.sort(ranked(score, count), axis=1)
+    return greatest(score, count)
 
 
 def choose_per_find(
@@ -106,12 +107,12 @@ def choose_per_find(
     if ranking == "worth":
         detour = 1.0 + from_m[:, None, :] + to_m.T[None] / 2.0
         scores = probability[:, None, None, :] / detour[None]
-        return np.sort(ranked(scores.reshape(-1, n), count), axis=1).reshape(shape)
-    near = np.sort(ranked(-(from_m[:, None, :] + to_m.T[None]).reshape(-1, n), min(NEAREST_KEPT, count)), axis=1)
+        return greatest(scores.reshape(-1, n), count).reshape(shape)
+    near = greatest(-(from_m[:, None, :] + to_m.T[None]).reshape(-1, n), min(NEAREST_KEPT, count))
     kept, of_pair = np.unique(near, axis=0, return_inverse=True)  # few: the nearest are the same for many pairs
     scores = np.repeat(probability[:, None], len(kept), axis=1)
     scores[:, np.arange(len(kept))[:, None], kept] = 2.0
-    chosen = np.sort(ranked(scores.reshape(-1, n), count), axis=1).reshape(items, len(kept), count)
+    chosen = greatest(scores.reshape(-1, n), count).reshape(items, len(kept), count)
     return chosen[:, of_pair.reshape(-1)].reshape(shape)
 
 
@@ -120,4 +121,17 @@ def nearest(from_m: Floats, to_m: Floats, *, count: int) -> Indices:
 
     Every container on a shortest path from the origin to the target has the same sum, but for rounding.
     """
-    return ranked(-(from_m + to_m)[None], min(NEAREST_KEPT, count))[0]
+    return greatest(-(from_m + to_m)[None], min(NEAREST_KEPT, count))[0]
+
+
+def greatest(scores: Floats, count: int) -> Indices:
+    """The columns of the greatest scores of each row, in their order; of equal ones (ties.py) the earlier.
+
+    Args:
+        scores: finite, shape (rows, columns).
+
+    Returns:
+        Shape (rows, count).
+    """
+    program = compiled_loops()
+    return np.sort(ranked(scores, count), axis=1) if program is None else program.greatest(scores, count)

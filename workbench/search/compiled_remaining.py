@@ -1,8 +1,8 @@
-"""Inner loops of remaining.py and corrected.py, compiled with numba.
+"""Inner loops of remaining.py, candidates.py and corrected.py, compiled with numba.
 
-They compute the probability of any instance, the probability that the object is missing after every subset, and the
-order of containers beyond the candidates. A search needs them before every look, where numpy's many small steps
-took longer than the dynamic program itself. Import this module lazily, like compiled.py.
+They compute the probability of any instance, the probability that the object is missing after every subset, the
+candidates, and the order of containers beyond them. A search needs them before every look, where numpy's many small
+steps took longer than the dynamic program itself. Import this module lazily, like compiled.py.
 """
 
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.arrays import Floats, Indices
 from workbench.third_party.kernels import kernel
-from workbench.tolerances import NEWTON_STEP, RELATIVE
+from workbench.tolerances import MIN_SCALE, NEWTON_STEP, RELATIVE
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 """The formula of R, as in remaining.still_missing; marginal uses that of exists."""
@@ -42,6 +42,56 @@ def chance_of_any(p: Floats) -> Floats:
                 break
         answer[row, 0] = z
     return answer
+
+
+@kernel(error_model="numpy")
+def unconditioned(p: Floats, uniform: float, least: float) -> Floats:
+    """remaining.unconditioned of the marginal model, shape (rows, containers).
+
+    Args:
+        uniform: the value of p of a row where every p is 0.
+        least: the least value of z.
+    """
+    answer = np.empty(p.shape)
+    for row in range(len(p)):
+        nowhere = True
+        for a in range(p.shape[1]):
+            nowhere &= not p[row, a] > 0
+        for a in range(p.shape[1]):
+            answer[row, a] = uniform if nowhere else p[row, a]
+        z = max(chance_of_any(answer[row : row + 1])[0, 0], least)
+        for a in range(p.shape[1]):
+            answer[row, a] *= z
+    return answer
+
+
+@kernel(error_model="numpy")
+def greatest(scores: Floats, count: int) -> Indices:
+    """The `count` columns of the greatest scores of each row, in their order; of equal ones (ties.py) the earlier.
+
+    Args:
+        scores: finite, shape (rows, columns).
+    """
+    rows, columns = scores.shape
+    chosen = np.empty((rows, count), np.intp)
+    is_left = np.empty(columns, np.bool_)
+    for row in range(rows):
+        is_left[:] = True
+        for _ in range(count):
+            most = -np.inf
+            for a in range(columns):
+                if is_left[a]:
+                    most = max(most, scores[row, a])
+            least, first = most - RELATIVE * max(MIN_SCALE, abs(most)), 0
+            while not is_left[first] or scores[row, first] < least:
+                first += 1
+            is_left[first] = False
+        place = 0
+        for a in range(columns):
+            if not is_left[a]:
+                chosen[row, place] = a
+                place += 1
+    return chosen
 
 
 @kernel(error_model="numpy")

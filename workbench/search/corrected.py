@@ -100,7 +100,8 @@ def tail_costs(
     items, k = candidates.shape
     if k == len(here.containers):
         return np.zeros((items, k, here.to_m.shape[1]))
-    order = _numpy_non_candidate_order(unconditioned(probability, model), candidates, here.between_m)
+    nearest = here.between_m[candidates].mean(axis=1)
+    order = order_beyond(unconditioned(probability, model), candidates, nearest, here.between_m)
     missing = still_missing_along(probability, np.concatenate([candidates, order], axis=1), model)[:, k:]
     legs = here.between_m[order[:, :-1], order[:, 1:]]
     ends = missing[:, :-1] - missing[:, 1:]
@@ -110,19 +111,25 @@ def tail_costs(
     return there[:, :, None] + (walks[:, None] + finds)[:, None, :]
 
 
-def _numpy_non_candidate_order(p: Floats, searched: Indices, between_m: Floats) -> Indices:
-    """The containers beyond the candidates in search order, shape (item types, others)."""
-    from_m = between_m[searched].mean(axis=1)
+def order_beyond(p: Floats, searched: Indices, from_m: Floats, between_m: Floats) -> Indices:
+    """The containers beyond those searched, each time the one of the largest ratio of probability to distance.
+
+    Args:
+        p: shape (item types, containers).
+        searched: shape (item types, k).
+        from_m: the distance to each container from what was searched, shape (item types, containers).
+        between_m: shape (containers, containers).
+
+    Returns:
+        Shape (item types, containers - k).
+    """
     program = compiled_loops()
-    return (
-        non_candidate_order(p, searched, from_m, between_m)
-        if program is None
-        else program.non_candidate_order(p, searched, from_m, between_m)
-    )
+    order = non_candidate_order if program is None else program.non_candidate_order
+    return order(p, searched, from_m, between_m)
 
 
 def non_candidate_order(p: Floats, searched: Indices, from_m: Floats, between_m: Floats) -> Indices:
-    """The same from the mean distance from what was searched to each container, shape (item types, containers).
+    """The same in numpy.
 
     Worths are equal that differ by less than a share of the greatest probability (ties.py).
     """

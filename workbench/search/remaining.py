@@ -59,7 +59,7 @@ def weights(probability: Floats, model: BeliefModel) -> Floats:
     p = np.asarray(probability, dtype=np.float64)
     if model not in BELIEF_MODELS:
         raise BadValue("belief model", model, "one of " + ", ".join(BELIEF_MODELS))
-    if not ((p >= 0) & (p <= 1)).all():
+    if not 0 <= p.min(initial=0.0) <= p.max(initial=0.0) <= 1:  # nor nan
         raise BadValue("probability", "an entry that is not a probability", "within [0, 1]")
     before = unconditioned(p, model)
     return before if model == "exclusive" else _log_miss(before)
@@ -75,14 +75,15 @@ def unconditioned(probability: Floats, model: BeliefModel) -> Floats:
     """
     if model == "independent":
         return probability
+    if model == "marginal" and probability.size and (program := compiled_loops()) is not None:
+        rows = np.ascontiguousarray(probability).reshape(-1, probability.shape[-1])
+        made = program.unconditioned(rows, UNIFORM_PROBABILITY, MIN_EXISTENCE_PROBABILITY)
+        return made.reshape(probability.shape)
     nowhere = ~(probability > 0).any(axis=-1, keepdims=True)
     p = np.where(nowhere, UNIFORM_PROBABILITY, probability)
     if model != "marginal" or not p.size:
         return p
-    program = compiled_loops()
-    rows = p.reshape(-1, p.shape[-1])
-    z = existence_probability(rows) if program is None else program.chance_of_any(rows)
-    return p * np.maximum(z, MIN_EXISTENCE_PROBABILITY).reshape(*p.shape[:-1], 1)
+    return p * np.maximum(existence_probability(p), MIN_EXISTENCE_PROBABILITY)
 
 
 def existence_probability(p: Floats) -> Floats:

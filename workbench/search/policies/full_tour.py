@@ -16,13 +16,13 @@ import numpy as np
 from workbench.arrays import Floats, Indices, Ints
 from workbench.errors import BadValue
 from workbench.search.candidates import check_limit
+from workbench.search.corrected import order_beyond
 from workbench.search.engine import best_order
 from workbench.search.find_costs import BeliefModel, SearchStop
 from workbench.search.orders import ExpectedSearch, order_cost
 from workbench.search.places import SearchSpace, search_space
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import unconditioned
-from workbench.tolerances import RELATIVE
 from workbench.worlds.house import ContainerId
 
 LEADING = 10
@@ -97,12 +97,5 @@ def _with_tail(lead: Indices, p: Floats, here: SearchSpace) -> Ints:
 
     Of equal ones (ties.py, by the greatest probability) the earlier.
     """
-    slack = RELATIVE * p.max(initial=0.0)
-    order = [int(a) for a in lead]
-    left = np.ones(len(p), dtype=bool)
-    left[lead] = False
-    while left.any():
-        worth = np.where(left, p / (1.0 + here.between_m[order[-1]]), -1.0)
-        order.append(int(np.argmax(worth >= worth.max() - slack)))
-        left[order[-1]] = False
-    return np.array(order, dtype=np.int64)
+    rest = order_beyond(p[None], lead[None], here.between_m[lead[-1:]], here.between_m)[0]
+    return np.concatenate([lead, rest]).astype(np.int64)
