@@ -30,11 +30,8 @@ from workbench.planning.strategies import StrategyNotLoaded, canonical_name, is_
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin, Plugin
-from workbench.third_party.calls import exception_text
+from workbench.third_party.calls import LOADING_S, exception_text
 from workbench.worlds.house import ItemType
-
-LOADING_S = 60.0
-"""Importing a planner may import much."""
 
 MAX_RESTARTS = 3
 """A planner that had to be stopped this often is not restarted."""

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import msgspec
 import numpy as np
 
-from recorders.simulated_run import record_trial, trial_events
+from recorders.simulated_run import record_trial
 from replayers.batch.store import to_stored
 from replayers.counterfactual.prepared_log import PreparedLog, prepare_log
 from replayers.counterfactual.replay import replay_on
@@ -26,7 +26,6 @@ from replayers.selection.trial_costs import PriorCosts, TrialCosts, trial_costs
 from workbench.errors import LiosError, MalformedFile
 from workbench.evaluation.cluster import run_in_order
 from workbench.execution.events import RunStatus
-from workbench.execution.loop import outcome_of
 from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
 
@@ -65,16 +64,15 @@ def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skipp
     """One task driven by every strategy, each log replayed by all."""
     try:
         trials = [trial_of(task, plan, name) for name in plan.strategies]
-        ends = [outcome_of(list(trial_events(trial))) for trial in trials]
-        for end in ends:
-            if end.status is RunStatus.ESTIMATOR_FAILED:  # then nobody could replay the run either
-                return SkippedTask(task=task, reason=end.reason)
         with TemporaryDirectory(prefix="lios-select-") as folder:
+            logs = [Path(folder) / f"{number}.mcap" for number in range(len(trials))]
+            ends = [record_trial(trial, log) for trial, log in zip(trials, logs, strict=True)]
+            for end in ends:
+                if end.status is RunStatus.ESTIMATOR_FAILED:  # then nobody could replay the run either
+                    return SkippedTask(task=task, reason=end.reason)
             seen: list[TrialCosts] = []
             prior: PriorCosts | None = None
-            for trial in trials:
-                log = Path(folder) / f"{trial.strategy}.mcap"
-                record_trial(trial, log)
+            for log in logs:
                 run = read(log)
                 prepared = prepare_log(run, plan.settings, with_paths=False)
                 if not seen:  # all begin alike

@@ -7,9 +7,7 @@ whose value is a StrategyFactory, or "module:Class" where a user gives a name (w
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
-from contextlib import redirect_stdout
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeVar, cast
@@ -24,6 +22,7 @@ from workbench.planning.rollouts.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory
 from workbench.plugins import STRATEGY, NameOrigin, Plugin, PluginNotLoaded, import_path, installed_names, plugin
 from workbench.search.policies.registry import policy
+from workbench.third_party.calls import LOADING_S, TimeLimitReached, redirected_and_timed
 from workbench.worlds.house import House
 
 Plans = TypeVar("Plans", Composed, Oracle)
@@ -263,12 +262,14 @@ def _plugin_strategy(found: Plugin) -> Strategy:
     """The strategy made from a plug-in: a class without arguments, a factory of a house, or a ready instance. A
     plug-in never receives the true house."""
     try:
-        with redirect_stdout(sys.stderr), found.import_path():
+        with redirected_and_timed(LOADING_S), found.import_path():
             factory = made = found.load()
             if isinstance(factory, type):
                 made = factory()
             elif callable(factory) and not is_strategy(factory):
                 made = factory(None)
+    except TimeLimitReached:
+        raise StrategyNotLoaded(found.name, f"it was not loaded within {LOADING_S:g} s") from None
     except (Exception, SystemExit) as error:
         raise StrategyNotLoaded(found.name, f"{type(error).__name__}: {' '.join(str(error).split())}") from error
     if not is_strategy(made):
