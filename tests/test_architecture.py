@@ -78,7 +78,7 @@ def test_nothing_holds_merge_marks() -> None:
 MAX_FILE_LINES, MAX_FUNCTION_LINES, MAX_PARAMETERS, MAX_FOLDER_MODULES = 400, 60, 8, 17
 
 LONG_FUNCTIONS = {
-    "workbench/planning/builtin/astar.py search_states": "its arrays stay in one function; handed on, 1.13 of the time",
+    "workbench/planning/builtin/astar.py search_states": "arrays in one function; handed on, 1.13 of the time",
     "tests/benchmarks/test_scene_speed.py _run": "a run of 10,000 events written out, one kind after another",
 }
 

@@ -315,4 +315,5 @@ def _nondeterminism_note(tree: RunTree, planner: Strategy, alone: RunEnded) -> t
 
 def _outer_note(planner: Strategy, bounds: Bounds) -> tuple[str, ...]:
     """A note on why an end of the bounds is not reached in any world that is known."""
-    return (f"the bounds of {planner.name} are outer ones: {bounds.why_outer}",) if bounds.why_outer else ()
+    why = "; ".join(reason.message for reason in bounds.why_outer)
+    return (f"the bounds of {planner.name} are outer ones: {why}",) if why else ()

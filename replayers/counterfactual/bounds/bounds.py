@@ -13,7 +13,7 @@ from math import inf
 from replayers.counterfactual.results import BoundFigures, Proof, WorldGroup
 from replayers.counterfactual.run_tree import Leaf
 from workbench.execution.events import RunStatus
-from workbench.message_enum import MessageEnum
+from workbench.message_enum import MessageEnum, Result
 from workbench.tolerances import NEAR_COST
 
 MAX_WORLD_GROUPS = 2000
@@ -58,18 +58,17 @@ class Bounds(BoundFigures):
         return BoundFigures(**{f.name: getattr(self, f.name) for f in fields(BoundFigures)})
 
     @property
-    def why_outer(self) -> str:
-        """Why an end of the interval is not reached; "" where both are."""
+    def why_outer(self) -> tuple[Result[OuterReason], ...]:
+        """Why an end of the interval is not reached; () where both are."""
         if self.lower_proof is self.upper_proof is Proof.EXACT:
-            return ""
+            return ()
         reasons = {
             OuterReason.BELIEFS: self.cut,
             OuterReason.BUDGET: self.unfinished,
             OuterReason.COMBINATIONS: self.unlisted,
             OuterReason.DETOURS: self.upper_proof is Proof.NONE,
         }
-        found = [reason.result(segments=str(self.segments)) for reason, holds in reasons.items() if holds]
-        return "; ".join(reason.message for reason in found)
+        return tuple(reason.result(segments=str(self.segments)) for reason, holds in reasons.items() if holds)
 
     def with_ends(self, leaves: Iterable[Leaf | None]) -> Bounds:
         """The same, with these ends of runs taken into account: each is in some consistent world.

@@ -15,7 +15,7 @@ planner exceeds the bound. Compiled with numba.
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 from itertools import permutations
 from typing import NamedTuple, final
 
@@ -157,7 +157,7 @@ class NearestFirstBound:
         return _most(state)
 
 
-@cache
+@lru_cache(maxsize=MAX_PARTS)
 def _orders(parts: int) -> Ints:
     """All orders of so many parts, shape (orders, parts)."""
     return np.array(list(permutations(range(parts))), dtype=np.int64)
