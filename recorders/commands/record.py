@@ -27,7 +27,12 @@ def record(
     scenario: Annotated[str, Option("--scenario", help="A scenario by name: deliver-3, breakfast, coffee, ...")] = "",
     task: Annotated[Path | None, Option("--task", help="A task file (YAML).")] = None,
     strategy: Annotated[
-        str, Option("--strategy", "-s", help="Strategy, or a built-in search policy.")
+        str,
+        Option(
+            "--strategy",
+            "-s",
+            help="Strategy, module:Class, or a built-in search policy; one of your own needs a strategy around it.",
+        ),
     ] = "conditioned-lios",
     estimator: Annotated[
         str,

@@ -26,7 +26,13 @@ from workbench.debugging import show_traceback
 from workbench.errors import LiosError
 from workbench.planning.guarded_strategy import checked_decision
 from workbench.planning.plans import Plan, PlanStatus
-from workbench.planning.strategies import StrategyNotLoaded, canonical_name, is_strategy, strategy_plugin
+from workbench.planning.strategies import (
+    StrategyNotLoaded,
+    canonical_name,
+    is_strategy,
+    strategy_plugin,
+    why_no_strategy,
+)
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin, Plugin
@@ -382,9 +388,7 @@ def load_foreign(found: Plugin) -> Strategy:
     if isinstance(made, type) or not is_strategy(made):
         made = _make(made)
     if not is_strategy(made):
-        raise TypeError(
-            f"{found.name} is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
-        )
+        raise TypeError(f"{found.name} is {why_no_strategy(made)}")
     return made
 
 

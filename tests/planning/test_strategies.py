@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
@@ -166,3 +168,11 @@ def test_scout_looks_where_it_stands_when_that_tells_much() -> None:
 def test_what_cannot_be_imported_is_named_with_why(name: str) -> None:
     with pytest.raises(StrategyNotLoaded, match=r"cannot be loaded: .*(Missing|no_such_module)"):
         strategy(name, origin=NameOrigin.USER)
+
+
+def test_a_search_policy_is_told_what_it_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "class Mine:\n    name = 'mine'\n\n    def order(self, query):\n        return ()\n"
+    (tmp_path / "own_policy_alone.py").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(StrategyNotLoaded, match=r"Mine, a search policy, .* returns Composed\(.*policy=Mine\(\)\)"):
+        strategy("own_policy_alone:Mine", origin=NameOrigin.USER)

@@ -273,12 +273,21 @@ def _plugin_strategy(found: Plugin) -> Strategy:
     except (Exception, SystemExit) as error:
         raise StrategyNotLoaded(found.name, f"{type(error).__name__}: {' '.join(str(error).split())}") from error
     if not is_strategy(made):
-        raise StrategyNotLoaded(
-            found.name, f"it is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
-        )
+        raise StrategyNotLoaded(found.name, f"it is {why_no_strategy(made)}")
     return cast(
         Strategy, made if isinstance(made, Composed | Scout | Oracle) else GuardedStrategy(cast(Strategy, made))
     )
+
+
+def why_no_strategy(made: object) -> str:
+    """What was made in place of a strategy, and what would be one; a search policy needs a strategy around it."""
+    kind = type(made).__name__
+    if callable(getattr(made, "order", None)):
+        return (
+            f"{kind}, a search policy, which a strategy needs around it: a function of the house that returns "
+            f"Composed(name=..., pricing=Expected(), policy={kind}())"
+        )
+    return f"{kind}; a strategy has name, relevant_types(task) and decide(view)"
 
 
 def is_strategy(thing: object) -> bool:
