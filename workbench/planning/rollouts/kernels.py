@@ -186,7 +186,8 @@ def _next_move(here: DeliveryState, room: Scratch, at: int, last_move: int, hand
     if room.known[want] > 0:
         return n + want
     find = here.find[want]
-    return _next_look(here, want, at, room.first[last_move, find, room.subset[find]], room.searched)
+    first = int(room.first[last_move, find, room.subset[find]])
+    return _next_look(here, want, at, first, room.searched)
 
 
 @kernel(inline="always", borrows=True)
