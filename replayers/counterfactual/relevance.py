@@ -87,7 +87,8 @@ class Relevance:
         return self._unfinished((*self.types, *self.shown), knowledge)
 
     def _unfinished(self, types: tuple[ItemType, ...], knowledge: Knowledge) -> tuple[ItemType, ...]:
-        return tuple(t for t in types if not (t in self.finishing and is_met(self.finishing[t], knowledge)))
+        finishing = self.finishing
+        return tuple([t for t in types if t not in finishing or not is_met(finishing[t], knowledge)])
 
     def options(
         self,

@@ -98,7 +98,9 @@ class Knowledge:
 
     def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
         """Known instances of a type with their locations, without the held one, sorted by location."""
-        return self._known.by_type.get(item_type, ())
+        derived = self._derived
+        assert derived is not None, "made in __post_init__"
+        return derived.by_type.get(item_type, ())
 
     @property
     def known_types(self) -> frozenset[ItemType]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf, isfinite
 
 
@@ -53,7 +53,8 @@ class CostInterval:
 
     def narrowed_to(self, other: CostInterval, *, behind: float = 0.0) -> CostInterval:
         """A copy, narrowed."""
-        made = replace(self)
+        found, failing = (self.found_low, self.found_high), (self.fails, self.whole, self.spent)
+        made = CostInterval(self.low, self.high, self.may_fail, *found, *failing)
         made.narrow_to(other, behind=behind)
         return made
 
