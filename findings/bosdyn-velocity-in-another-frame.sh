@@ -44,7 +44,8 @@ for metres, drift in ((0, 0), (20, 1)):
         flat = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=ahead), angular=rate)
         answers = {frame: express_se3_velocity_in_new_frame(tree, "vision", frame, velocity) for frame in ("body", "odom")}
         answers["flat_body"] = express_se2_velocity_in_new_frame(tree, "vision", "flat_body", flat)
-        print(f"{metres} m", name, *(f"{frame} {answer.linear.x:.1f} {answer.linear.y:.1f}" for frame, answer in answers.items()), sep="; ")
+        shown = (f"{frame} {answer.linear.x:.1f} {answer.linear.y:.1f}" for frame, answer in answers.items())
+        print(f"{metres} m", name, *shown, sep="; ")
 PY
 seen=$("$folder/venv/bin/python" -W ignore show.py)
 echo "$seen"

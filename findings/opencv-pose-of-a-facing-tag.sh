@@ -32,7 +32,8 @@ def off_degrees(corners, camera, rotation, method):
     return np.degrees(np.arccos(np.clip(cosine, -1, 1))) if ok else None
 
 
-for name, tilt_degrees, fy in (("facing", 0.0, 600.0), ("facing, fy 0.1 % less", 0.0, 599.4), ("tilted by half a degree", 0.5, 600.0)):
+CASES = ("facing", 0.0, 600.0), ("facing, fy 0.1 % less", 0.0, 599.4), ("tilted by half a degree", 0.5, 600.0)
+for name, tilt_degrees, fy in CASES:
     camera = np.array([[600, 0, 319.5], [0, fy, 239.5], [0, 0, 1.0]])
     rotation = FACING @ cv2.Rodrigues(np.radians([tilt_degrees, 0.0, 0.0]))[0]
     seen = []

@@ -46,7 +46,8 @@ with log.open("rb") as stream:
 with AnyReader([log], default_typestore=types) as reader:
     print("rosbags", [stamp // 10**9 for _, stamp, _ in reader.messages()])
 with Reader.from_file(str(log)) as reader:
-    print("pybag", [message.log_time // 10**9 for message in reader.messages("/level")], "count", reader.get_message_count("/level"))
+    stamps = [message.log_time // 10**9 for message in reader.messages("/level")]
+    print("pybag", stamps, "count", reader.get_message_count("/level"))
 command = Path(sys.executable).with_name("pybag")
 done = subprocess.run([command, "convert", log, "-o", bag], capture_output=True, check=False)
 with AnyReader([bag]) as reader:

@@ -43,7 +43,8 @@ def finding(name, simulated):
 def opening():
     """Close the fridge, then open the drawer: never are both open."""
     problem = Problem("state invariant")
-    fridge, drawer = (problem.add_fluent(fact, BoolType(), default_initial_value=fact == "fridge") for fact in ("fridge", "drawer"))
+    facts = ("fridge", "drawer")
+    fridge, drawer = (problem.add_fluent(fact, BoolType(), default_initial_value=fact == "fridge") for fact in facts)
     close, open_it = InstantaneousAction("close-fridge"), InstantaneousAction("open-drawer")
     close.add_effect(fridge, False)
     open_it.add_effect(drawer, True)

@@ -21,7 +21,8 @@ from fractions import Fraction
 
 from unified_planning.io import PDDLWriter
 from unified_planning.plans import SequentialPlan
-from unified_planning.shortcuts import GE, BoolType, InstantaneousAction, OneshotPlanner, PlanValidator, Problem, RealType, get_environment
+from unified_planning.shortcuts import GE, BoolType, InstantaneousAction, OneshotPlanner, PlanValidator, Problem, RealType
+from unified_planning.shortcuts import get_environment
 
 get_environment().credits_stream = None
 
@@ -48,12 +49,13 @@ for name, first, share in (
 ):
     problem, plan = task(first, share)
     writer = PDDLWriter(problem)
-    written = [word for word in (writer.get_domain() + writer.get_problem()).replace(")", " ").split() if word[0].isdigit()]
+    words = (writer.get_domain() + writer.get_problem()).replace(")", " ").split()
+    written = {word for word in words if word[0].isdigit()} - {"0", "1"}
     with OneshotPlanner(name="enhsp") as planner:
         answer = planner.solve(problem)
     with PlanValidator(name="sequential_plan_validator") as validator:
         valid = validator.validate(problem, plan).status.name
-    print(f"{name}: written {sorted(set(written) - {'0', '1'})}, ENHSP {answer.status.name}; charge, drive: {valid}")
+    print(f"{name}: written {sorted(written)}, ENHSP {answer.status.name}; charge, drive: {valid}")
 PY
 seen=$("$folder/venv/bin/python" -W ignore show.py)
 echo "$seen"

@@ -20,7 +20,8 @@ from tarski.io import FstripsReader
 from unified_planning.interop import convert_problem_from_tarski, convert_problem_to_tarski
 from unified_planning.io import PDDLReader
 from unified_planning.plans import SequentialPlan
-from unified_planning.shortcuts import And, BoolType, InstantaneousAction, MinimizeActionCosts, Not, OneshotPlanner, PlanValidator, Problem, get_environment
+from unified_planning.shortcuts import And, BoolType, InstantaneousAction, MinimizeActionCosts, Not, OneshotPlanner
+from unified_planning.shortcuts import PlanValidator, Problem, get_environment
 
 get_environment().credits_stream = None
 DOMAIN = """(define (domain rooms) (:requirements :strips :typing :action-costs) (:types room)
@@ -30,8 +31,8 @@ DOMAIN = """(define (domain rooms) (:requirements :strips :typing :action-costs)
 LONG = {("hall", "bath"): 9, ("bath", "hall"): 9}
 ROOMS = ("hall", "den", "bath")
 DISTANCES = " ".join(f"(= (dist {a} {b}) {LONG.get((a, b), 2)})" for a in ROOMS for b in ROOMS)
-TASK = f"""(define (problem p) (:domain rooms) (:objects {" ".join(ROOMS)} - room) (:init (at hall) (= (total-cost) 0) {DISTANCES})
- (:goal (at bath)) (:metric minimize (total-cost)))"""
+TASK = f"""(define (problem p) (:domain rooms) (:objects {" ".join(ROOMS)} - room) 
+ (:init (at hall) (= (total-cost) 0) {DISTANCES}) (:goal (at bath)) (:metric minimize (total-cost)))"""
 
 reader = FstripsReader(raise_on_error=True)
 reader.parse_domain_string(DOMAIN)
