@@ -159,6 +159,7 @@ class Evidence:
     seen_at_start: Mapping[ContainerId, Pose] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
     open: tuple[ContainerId, ...] = field(init=False, repr=False, compare=False)
+    _seen: frozenset[ItemType] = field(init=False, repr=False, compare=False)
 
     @property
     def travel(self) -> TravelCosts:
@@ -176,6 +177,8 @@ class Evidence:
             and place.travel.reaches(LocationId(c.id))
         )
         object.__setattr__(self, "open", tuple(names))
+        shown = (*self.contents.values(), *self.partly.values())
+        object.__setattr__(self, "_seen", frozenset([item.type for items in shown for item in items]))
 
     @property
     def doubtful(self) -> tuple[ContainerId, ...]:
@@ -209,7 +212,7 @@ class Evidence:
 
     def seen_types(self) -> frozenset[ItemType]:
         """Item types of which the log shows an instance."""
-        return frozenset(item.type for items in (*self.contents.values(), *self.partly.values()) for item in items)
+        return self._seen
 
     def shown_in(self, container: ContainerId) -> tuple[Item, ...]:
         """What the log shows in a container, all or part of what it holds."""

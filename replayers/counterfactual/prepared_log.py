@@ -9,6 +9,7 @@ import hashlib
 from collections.abc import Generator, Hashable
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import inf
 from typing import final
 
@@ -31,22 +32,23 @@ from replayers.counterfactual.strategy_traits import eq1_parts, looks_by, search
 from replayers.counterfactual.tree.options import TreeOptions
 from replayers.counterfactual.tree.plain_events import plain_events
 from replayers.counterfactual.tree.quick_segment import is_plain
+from replayers.runs.contents import house_from_truth
 from replayers.runs.run import Run
 from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
 from workbench.beliefs.asking.answers import NotAnswered
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.memory.history import History, history_for
 from workbench.beliefs.memory.move_rates import MoveRates, shipped_rates
-from workbench.caches import Cache
+from workbench.caches import Cache, PerObject
 from workbench.errors import Unsupported
 from workbench.execution.events import Event
-from workbench.log_schema.events import GroundTruth, Outcome
+from workbench.log_schema.events import Outcome
 from workbench.log_schema.place import house_sha256
 from workbench.planning.actions import relevant_types
 from workbench.planning.strategies import canonical_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
-from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
+from workbench.worlds.house import House, ItemType
 from workbench.worlds.travel import Paths
 
 MAX_SHARED_SEARCHES = 2
@@ -246,7 +248,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_paths: bool = True) 
         static_beliefs=choice.static_beliefs,
         worlds=None,
         durations=fitted or SIMULATED,
-        truth=house_from_truth(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
+        truth=house_from_truth(run.place.plan, run.truth) if settings.with_truth and run.truth is not None else None,
         settings=settings,
         recorded=run.outcome,
         place_sha256=house_sha256(run.place),
@@ -256,9 +258,8 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_paths: bool = True) 
         exact_beliefs=not choice.rounded,
         contradicting=contradicting,
     )
-    reproduction = reproduce(
-        run, as_logged, estimator, prepared.search_cache, by_tree=lambda planner: _run_by_tree(prepared, planner)
-    )
+    by_tree = partial(_reproduced_by_tree, prepared)
+    reproduction = reproduce(run, as_logged, estimator, prepared.search_cache, by_tree=by_tree)
     prepared = replace(
         prepared,
         reproduction=reproduction,
@@ -309,7 +310,17 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
     )
 
 
-def _run_by_tree(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...] | None:
+def run_by_tree(prepared: PreparedLog, tree: RunTree) -> tuple[Event, ...] | None:
+    """The run of a tree's strategy over a plain log alone, by its first segment; None where it cannot tell."""
+    evidence, durations = prepared.evidence, prepared.durations
+    return _TOLD.of(tree).get("", lambda: plain_events(evidence, tree.advance(tree.root), durations=durations))
+
+
+_TOLD: PerObject[str, tuple[Event, ...] | None] = PerObject(2)
+"""By tree, what its first segment tells: the reproduction and the replay of the strategy that drove want the same."""
+
+
+def _reproduced_by_tree(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...] | None:
     """The run of the strategy that drove over the log alone, by its tree, which is kept for its replay.
 
     None where the closed loop has to run it, or where the reproduction decides what the tree is.
@@ -318,7 +329,7 @@ def _run_by_tree(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...] 
         return None
     tree = run_tree_of(prepared, planner)
     prepared.driven.put(planner.name, DrivenTree(planner=planner, estimator=prepared.estimator, tree=tree))
-    return plain_events(prepared.evidence, tree.advance(tree.root), durations=prepared.durations)
+    return run_by_tree(prepared, tree)
 
 
 def _notes(
@@ -347,15 +358,6 @@ def _with_history(evidence: Evidence, settings: ReplaySettings) -> tuple[Evidenc
     memory = history_for(settings.histories, plan).memory_at(evidence.info.started.ns, plan, rates)
     own = evidence.memory is not None and evidence.memory.digest == memory.digest
     return (evidence, False) if own else (replace(evidence, memory=memory), True)
-
-
-def house_from_truth(evidence: Evidence, truth: GroundTruth) -> House:
-    """The house of a recorded truth, by its containers' true contents."""
-    contents = {
-        ContainerId(c): tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in items)
-        for c, items in truth.contents.items()
-    }
-    return House(plan=evidence.place.plan, contents=contents)
 
 
 def drawer_of(estimator: Estimator, settings: ReplaySettings) -> Estimator:

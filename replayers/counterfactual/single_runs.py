@@ -8,10 +8,9 @@ from dataclasses import replace
 from replayers.counterfactual.decisions.memoized_strategy import MemoizedStrategy
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
-from replayers.counterfactual.prepared_log import PreparedLog
+from replayers.counterfactual.prepared_log import PreparedLog, run_by_tree
 from replayers.counterfactual.run_tree import RunTree
 from replayers.counterfactual.tree.options import MAX_STEPS, zero_clock
-from replayers.counterfactual.tree.plain_events import plain_events
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded
 from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.strategy import Strategy
@@ -33,7 +32,7 @@ def over_log_alone(prepared: PreparedLog, planner: Strategy) -> tuple[Event, ...
 def over_log_by_tree(prepared: PreparedLog, tree: RunTree) -> tuple[Event, ...]:
     """The same run of a tree's strategy, from the tree's first segment where that needed no closed loop."""
     if prepared.is_plain and isinstance(tree.planner, MemoizedStrategy):
-        told = plain_events(prepared.evidence, tree.advance(tree.root), durations=prepared.durations)
+        told = run_by_tree(prepared, tree)
         if told is not None:
             return told
     return over_log_alone(prepared, tree.planner)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from workbench.log_schema.events import ActionFinished, ItemSighting, Observation
-from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
+from workbench.log_schema.events import ActionFinished, GroundTruth, ItemSighting, Observation
+from workbench.worlds.house import ContainerId, FloorPlan, House, Item, ItemId, ItemType
 
 ELSEWHERE = ""
 """Where an item stood at first that was carried before the log first shows it."""
@@ -125,3 +125,12 @@ def _first_handled(actions: Iterable[ActionFinished]) -> dict[str, int]:
             for item in action.items:
                 handled.setdefault(item, action.stamp.ns)
     return handled
+
+
+def house_from_truth(plan: FloorPlan, truth: GroundTruth) -> House:
+    """The house of a recorded truth, by its containers' true contents."""
+    contents = {
+        ContainerId(c): tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in items)
+        for c, items in truth.contents.items()
+    }
+    return House(plan=plan, contents=contents)

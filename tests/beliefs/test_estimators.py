@@ -13,6 +13,7 @@ import toy
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from workbench.beliefs.counts import CountsEstimator
 from workbench.beliefs.estimators import ESTIMATORS, estimator, shipped_weights
 from workbench.beliefs.weights import read_weights
 from workbench.errors import UnknownName
@@ -142,3 +143,20 @@ def test_believing_does_not_import_torch() -> None:
         "sys.exit('torch' in sys.modules)\n"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(knowledge=knowledges())
+def test_counts_are_looked_up_by_room_container_and_item(knowledge: Knowledge) -> None:
+    """Where the containers of a plan stand on the table's axes is kept; a name that the table lacks is in its last
+    row."""
+    counts, plan = estimator("counts"), knowledge.plan
+    assert isinstance(counts, CountsEstimator)
+    axes = [{name: i for i, name in enumerate(names)} for names in (counts.table.rooms, counts.table.containers)]
+    for things in ((ItemType("Mug"), ItemType("NobodyKnows")), (ItemType("Egg"),)):
+        probability = counts.believe(knowledge, things).probability
+        for j, container in enumerate(map(plan.container, knowledge.unsearched)):
+            names = plan.room(container.room).kind, container.type
+            row = counts.table.probability[tuple(axis.get(n, -1) for axis, n in zip(axes, names, strict=True))]
+            items = [counts.table.items.index(t) if t in counts.table.items else -1 for t in things]
+            assert probability[:, j].tolist() == row[items].tolist()

@@ -17,8 +17,9 @@ from workbench.arrays import AnyArray, Floats, Indices
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.examples import Examples
 from workbench.beliefs.weights import Weights
+from workbench.caches import PerObject
 from workbench.errors import BadValue, MalformedFile
-from workbench.worlds.house import ItemType
+from workbench.worlds.house import ContainerId, FloorPlan, ItemType
 from workbench.worlds.knowledge import Knowledge
 
 PSEUDO_ITEM = 10.0
@@ -44,12 +45,25 @@ class CountsTable:
     items: tuple[str, ...]
     probability: Floats
 
-    def look_up(self, kinds: tuple[str, ...], types: tuple[str, ...], items: tuple[str, ...]) -> Floats:
-        """Probabilities, shape (items, containers); containers are given by room kind and container type."""
-        r = _places(self.rooms, kinds)
-        c = _places(self.containers, types)
-        o = _places(self.items, items)
-        return self.probability[r[None, :], c[None, :], o[:, None]]
+    def look_up(self, plan: FloorPlan, containers: tuple[ContainerId, ...], items: tuple[str, ...]) -> Floats:
+        """Probabilities of containers of a floor plan, shape (items, containers)."""
+        index, r, c = _ON_AXES.of(plan).get((self.rooms, self.containers), lambda: self._on_axes(plan))
+        wanted = np.array([index[container] for container in containers], dtype=np.intp)
+        places = _places(self.items, items)
+        return self.probability[r[wanted][None, :], c[wanted][None, :], places[:, None]]
+
+    def _on_axes(self, plan: FloorPlan) -> OnAxes:
+        kind = {room.id: room.kind for room in plan.rooms}
+        r = _places(self.rooms, tuple(kind[c.room] for c in plan.containers))
+        index = {c.id: i for i, c in enumerate(plan.containers)}
+        return index, r, _places(self.containers, tuple(c.type for c in plan.containers))
+
+
+OnAxes = tuple[Mapping[ContainerId, int], Indices, Indices]
+"""Containers of a floor plan by number, and their places on the axes of rooms and of containers."""
+
+_ON_AXES: PerObject[tuple[tuple[str, ...], tuple[str, ...]], OnAxes] = PerObject(4)
+"""By floor plan, for the names on these axes."""
 
 
 def smooth(examples: Examples) -> CountsTable:
@@ -93,11 +107,7 @@ class CountsEstimator:
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
         unsearched = knowledge.unsearched
-        kind = {room.id: room.kind for room in knowledge.plan.rooms}
-        container = {c.id: c for c in knowledge.plan.containers}
-        kinds = tuple(kind[container[c].room] for c in unsearched)
-        types = tuple(container[c].type for c in unsearched)
-        probability = self.table.look_up(kinds, types, item_types)
+        probability = self.table.look_up(knowledge.plan, unsearched, item_types)
         return Belief(item_types=item_types, containers=unsearched, probability=probability, estimator=self.name)
 
 

@@ -104,7 +104,7 @@ class Item:
     type: ItemType
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class FloorPlan:
     """The layout of a house, known before any search.
 
