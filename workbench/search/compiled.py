@@ -219,22 +219,23 @@ def _best_order(missing: Floats, between_m: Floats, from_m: Floats, found: Float
     k = len(from_m)
     n = 1 << k
     table = np.zeros((n, k))
-    onward = np.empty(k)
+    into = np.empty((k, k))  # transposed: the inner loop runs over where the robot is
+    for a in range(k):
+        for i in range(k):
+            into[a, i] = between_m[i, a]
     for subset in range(n - 2, 0, -1):
-        r = missing[subset]
+        r, first = missing[subset], True
         for a in range(k):
             if not subset >> a & 1:
                 after = subset | (1 << a)
-                onward[a] = r * search + (r - missing[after]) * found[a] + table[after, a]
-        for i in range(k):
-            if subset >> i & 1:
-                best, chosen = 0.0, -1
-                for a in range(k):
-                    if not subset >> a & 1:
-                        cost = r * between_m[i, a] + onward[a]
-                        if chosen < 0 or cost < best:
-                            best, chosen = cost, a
-                table[subset, i] = best
+                onward = r * search + (r - missing[after]) * found[a] + table[after, a]
+                if first:
+                    for i in range(k):
+                        table[subset, i] = r * into[a, i] + onward
+                else:
+                    for i in range(k):
+                        table[subset, i] = min(table[subset, i], r * into[a, i] + onward)
+                first = False
     order = np.empty(k, np.int64)
     costs = np.empty(k)
     subset, slack = 0, 0.0

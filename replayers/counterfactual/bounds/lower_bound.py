@@ -8,16 +8,13 @@ the triangle inequality. Infinite where no world can meet the goal any more: the
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable
 from math import inf
 from typing import final
-
-import numpy as np
 
 from replayers.counterfactual.bounds.travel_row import travel_row
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
-from workbench.arrays import Indices
 from workbench.caches import Cache
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
@@ -42,6 +39,8 @@ class LowerBound:
         self._relevance = relevance
         self._index = {name: i for i, name in enumerate(travel.locations)}
         self._metres = shortest_paths(travel.metres) * (1 - ROUNDING_SHARE)
+        self._from: list[list[float]] = self._metres.tolist()
+        self._to: list[list[float]] = self._metres.T.tolist()
         self._handle = evidence.costs.manipulation
         self._may = frozenset(relevance.types)
         self._open = tuple(LocationId(c) for c in evidence.open)
@@ -51,7 +50,8 @@ class LowerBound:
         self._logged: dict[ItemType, list[tuple[LocationId, ContainerId, ItemId]]] = {}
         for container, items in (*evidence.contents.items(), *evidence.partly.items()):
             for item in items:
-                self._logged.setdefault(item.type, []).append((LocationId(container), container, item.id))
+                if LocationId(container) in self._index:
+                    self._logged.setdefault(item.type, []).append((LocationId(container), container, item.id))
 
     def remaining_cost(self, knowledge: Knowledge) -> float:
         """The least that is still to pay from a state on; infinite when the goal cannot be met any more."""
@@ -67,14 +67,16 @@ class LowerBound:
         if isinstance(goal, AnyOf):
             return min((self._least(part, knowledge, left) for part in goal.parts), default=0.0)
         if isinstance(goal, AllOf):
-            parts = [self._least(part, knowledge, left) for part in goal.parts]
-            return max([*parts, sum(self._loaded_cost(part, knowledge, left) for part in goal.parts)], default=0.0)
+            least, loaded = 0.0, 0.0  # loaded ways and manipulations add up: there is one hand
+            for part in goal.parts:
+                if isinstance(part, AllOf | AnyOf):
+                    least = max(least, self._least(part, knowledge, left))
+                    continue
+                cost, carried = self._part_cost(part, knowledge, left)
+                least = max(least, cost)
+                loaded += carried if isinstance(part, Delivered) else 0.0
+            return max(least, loaded)
         return self._part_cost(goal, knowledge, left)[0]
-
-    def _loaded_cost(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
-        """Loaded metres and manipulations of one part alone; those of different parts add up, since there is one
-        hand."""
-        return self._part_cost(goal, knowledge, left)[1] if isinstance(goal, Delivered) else 0.0
 
     def _part_cost(self, part: Delivered | Holding, knowledge: Knowledge, left: Containers) -> tuple[float, float]:
         """The least that one part alone costs from here, and the loaded share of it. Siblings differ in few parts."""
@@ -86,45 +88,47 @@ class LowerBound:
     def _bound(self, part: Delivered | Holding, knowledge: Knowledge, *, held: bool) -> tuple[float, float]:
         if is_met(part, knowledge):
             return 0.0, 0.0
-        here, to = (
-            travel_row(knowledge, self._index, self._metres, share=1 - ROUNDING_SHARE),
-            self._index.get(part.at),
-        )
+        here, to = self._metres_from(knowledge), self._index.get(part.at)
         if here is None or to is None:
             return inf, inf
         place = self._handle if isinstance(part, Delivered) else 0.0
         if held:
-            return float(here[to]) + place, self._handle
+            return here[to] + place, self._handle
         at = self._sources(part.item_type, knowledge)
-        if not len(at):
+        if not at:
             return inf, inf
-        least = float((here[at] + self._metres[at, to]).min()) + self._handle + place
+        carried = self._to[to]
+        least = min([here[i] + carried[i] for i in at]) + self._handle + place
         if isinstance(part, Delivered) and to in at:
-            return min(least, float(here[to])), 0.0
-        return least, float(self._metres[at, to].min()) + 2 * self._handle
+            return min(least, here[to]), 0.0
+        return least, min([carried[i] for i in at]) + 2 * self._handle
 
-    def _sources(self, item_type: ItemType, knowledge: Knowledge) -> Indices:
-        """Where an instance may stand: known, shown by the log, or in a container that is still open."""
-        places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
-        places.update(dict.fromkeys(at for at, _ in self._logged_sources(item_type, knowledge)))
+    def _metres_from(self, knowledge: Knowledge) -> list[float] | None:
+        """Metres from where the robot is to every location; None if there is no way."""
+        at = self._index.get(knowledge.robot_at)
+        if at is not None:
+            return self._from[at]
+        row = travel_row(knowledge, self._index, self._metres, share=1 - ROUNDING_SHARE)
+        return None if row is None else row.tolist()
+
+    def _sources(self, item_type: ItemType, knowledge: Knowledge) -> list[int]:
+        """Location indices of where an instance may stand: known, shown by the log in a container that this run has
+        not searched yet, or in one that is still open."""
+        index, seen = self._index, knowledge.first_seen
+        at = [index[place] for place, _ in knowledge.where(item_type) if place in index]
+        at += [index[place] for place, container, _ in self._logged.get(item_type, ()) if container not in seen]
         if item_type in self._may:
-            places.update(dict.fromkeys(self._may_hold_more(knowledge)))
-        return np.array([self._index[p] for p in places if p in self._index], dtype=np.intp)
+            at += [index[place] for place in self._may_hold_more(knowledge) if place in index]
+        return at
 
-    def _may_hold_more(self, knowledge: Knowledge) -> Iterator[LocationId]:
+    def _may_hold_more(self, knowledge: Knowledge) -> list[LocationId]:
         """Containers left that may hold what the log does not show: open ones, and, while items may have been
         overlooked, those that were looked into."""
-        yield from (c for c in self._open if c not in knowledge.first_seen)
-        if self._evidence.misses_left(knowledge) > 0:
-            yield from (c for c in self._doubtful if c not in knowledge.first_seen)
-
-    def _logged_sources(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
-        """Instances that the log shows in containers that this run has not searched yet."""
-        return tuple(
-            (at, item)
-            for at, container, item in self._logged.get(item_type, ())
-            if container not in knowledge.first_seen
-        )
+        seen = knowledge.first_seen
+        left = [c for c in self._open if c not in seen]
+        if self._doubtful and self._evidence.misses_left(knowledge) > 0:
+            left += [c for c in self._doubtful if c not in seen]
+        return left
 
     def _certain(self, goal: Goal, knowledge: Knowledge, taken: Counter[ItemType]) -> bool:
         """Parts of an AllOf need an instance each; the first part to be asked takes the first."""
@@ -140,12 +144,10 @@ class LowerBound:
     def _certain_instances(self, item_type: ItemType, knowledge: Knowledge) -> int:
         no_pick, no_move = self._evidence.refused_picks, self._evidence.refused_moves
         held = knowledge.holding is not None and knowledge.holding.type == item_type
-        places = (
-            *((at, item.id) for at, item in knowledge.where(item_type)),
-            *self._logged_sources(item_type, knowledge),
-        )
-        within_reach = [i for at, i in places if at in self._index and at not in no_move and i not in no_pick]
-        count = len(within_reach) + held
+        seen, known, logged = knowledge.first_seen, knowledge.where(item_type), self._logged.get(item_type, ())
+        places = [(at, item.id) for at, item in known if at in self._index]
+        places += [(at, item) for at, container, item in logged if container not in seen]
+        count = len([1 for at, item in places if at not in no_move and item not in no_pick]) + held
         if count == 0 and item_type in self._relevance.must_exist and not self._relevance.hidden:
-            return int(any(True for _ in self._may_hold_more(knowledge)))
+            return int(bool(self._may_hold_more(knowledge)))
         return count

@@ -15,7 +15,6 @@ planner exceeds the bound. Compiled with numba.
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
 from __future__ import annotations
 
-from functools import lru_cache
 from itertools import permutations
 from typing import NamedTuple, final
 
@@ -24,8 +23,9 @@ import numpy as np
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
 from workbench.arrays import Bools, Floats, Ints
+from workbench.caches import Cache
 from workbench.execution.goal_check import is_met
-from workbench.planning.tasks import distinct_deliveries
+from workbench.planning.tasks import Delivered, distinct_deliveries
 from workbench.third_party.kernels import kernel
 from workbench.tolerances import MIN_SCALE, RELATIVE
 from workbench.worlds.house import LocationId
@@ -33,6 +33,9 @@ from workbench.worlds.knowledge import Knowledge
 
 MAX_PARTS = 3
 """With more parts of the goal left, there are too many ways of interrupting the looks."""
+
+MAX_CACHED_PARTS = 64
+"""Sets of parts that are left."""
 
 NO_BOUND = float("inf")
 
@@ -99,6 +102,16 @@ class _Runs(NamedTuple):
     rest: Bools
 
 
+class _Parts(NamedTuple):
+    """What is the same in all states with the same parts left: as of _Errands, but over all containers of the log."""
+
+    shown: Ints
+    may: Bools
+    targets: Ints
+    exists: int
+    orders: Ints
+
+
 @final
 class NearestFirstBound:
     """The bound for one log and one task: deliveries of different types, as they are, by a robot whose actions
@@ -117,6 +130,7 @@ class NearestFirstBound:
         self._exist = frozenset() if relevance.hidden else relevance.must_exist - seen
         known = {c: {item.type for item in items} for c, items in evidence.contents.items()}
         listed = [c for c in dict.fromkeys((*known, *evidence.open)) if LocationId(c) in self._index]
+        self._arrays: Cache[tuple[Delivered, ...], _Parts] = Cache(MAX_CACHED_PARTS)
         self._column = {c: i for i, c in enumerate(listed)}
         self._at = np.array([self._index[LocationId(c)] for c in listed], dtype=np.int64)
         self._unseen = np.array([c in frozenset(evidence.open) for c in listed], dtype=np.bool_)
@@ -129,38 +143,41 @@ class NearestFirstBound:
         apply."""
         if not self._applies or knowledge.holding is not None or knowledge.closed or knowledge.again:
             return NO_BOUND
-        rows = [p for p, part in enumerate(self._parts) if not is_met(part, knowledge)]
-        left, index = [self._parts[p] for p in rows], self._index
-        columns = [self._column.get(c, -1) for c in knowledge.unsearched]
-        wanted = {knowledge.robot_at, *(part.at for part in left)}
-        if -1 in columns or not wanted <= index.keys() or len(left) > MAX_PARTS:
-            return NO_BOUND
+        left, index = tuple([part for part in self._parts if not is_met(part, knowledge)]), self._index
         standing = [[index[at] for at, _ in knowledge.where(part.item_type) if at in index] for part in left]
-        if all(standing):
+        if all(standing) or len(left) > MAX_PARTS:
+            return NO_BOUND
+        columns = [self._column.get(c, -1) for c in knowledge.unsearched]
+        if -1 in columns or not {knowledge.robot_at, *[part.at for part in left]} <= index.keys():
             return NO_BOUND
         widest, places = max(map(len, standing)), np.array(columns, dtype=np.int64)
+        one = self._arrays.get(left, lambda: self._arrays_of(left))
         state = _Errands(
             metres=self._metres,
             robot=index[knowledge.robot_at],
             containers=self._at[places],
             unseen=self._unseen[places],
-            shown=(1 << np.arange(len(left))) @ self._shown[rows][:, places],
-            may=np.ascontiguousarray(self._may[rows][:, places]),
-            targets=np.array([index[part.at] for part in left], dtype=np.int64),
+            shown=one.shown[places],
+            may=one.may.take(places, axis=1),
+            targets=one.targets,
             standing=np.array([[*at, *[-1] * (widest - len(at))] for at in standing], dtype=np.int64),
             missing=sum(1 << p for p, at in enumerate(standing) if not at),
-            exists=sum(1 << p for p, part in enumerate(left) if part.item_type in self._exist),
-            orders=_orders(len(left)),
+            exists=one.exists,
+            orders=one.orders,
             look=float(self._costs.search),
             handle=float(self._costs.manipulation),
         )
         return _most(state)
 
-
-@lru_cache(maxsize=MAX_PARTS)
-def _orders(parts: int) -> Ints:
-    """All orders of so many parts, shape (orders, parts)."""
-    return np.array(list(permutations(range(parts))), dtype=np.int64)
+    def _arrays_of(self, left: tuple[Delivered, ...]) -> _Parts:
+        rows = [self._parts.index(part) for part in left]
+        return _Parts(
+            shown=(1 << np.arange(len(rows))) @ self._shown[rows],
+            may=self._may[rows],
+            targets=np.array([self._index[part.at] for part in left], dtype=np.int64),
+            exists=sum(1 << p for p, part in enumerate(left) if part.item_type in self._exist),
+            orders=np.array(list(permutations(range(len(left)))), dtype=np.int64),
+        )
 
 
 @kernel()

@@ -11,6 +11,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import final
 
+from replayers.counterfactual.bounds.lower_bound import LowerBound
 from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
@@ -37,11 +38,17 @@ class SearchCache:
     orders: Cache[Hashable, Order] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
     firsts: Cache[Hashable, ContainerId | None] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
     prices: Cache[Hashable, FindCosts] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
+    lowers: Cache[Hashable, LowerBound] = field(default_factory=lambda: Cache(MAX_CACHED_BOUNDS))
     outsides: Cache[Hashable, StateBounds] = field(default_factory=lambda: Cache(MAX_CACHED_BOUNDS))
 
     def outside(self, evidence: Evidence, relevance: Relevance, traits: SearchTraits) -> StateBounds:
         """The outer bounds over the log, cached for every kind of strategy."""
-        return self.outsides.get((relevance.types, traits), lambda: StateBounds(evidence, relevance, traits))
+
+        def made() -> StateBounds:
+            least = self.lowers.get(relevance.types, lambda: LowerBound(evidence, relevance))
+            return StateBounds(evidence, relevance, traits, least)
+
+        return self.outsides.get((relevance.types, traits), made)
 
 
 @final

@@ -31,12 +31,21 @@ MAX_CACHED_STATES = 20_000
 class StateBounds:
     """The bounds for one log, one task and one kind of strategy; arguments as for UpperBound and LowerBound.
 
+    Args:
+        least: the lower bound, which all kinds of strategies share; None for one of its own.
+
     Attributes:
         least, most: the lower and the upper bound.
     """
 
-    def __init__(self, evidence: Evidence, relevance: Relevance, traits: SearchTraits = UNKNOWN) -> None:
-        self.least = LowerBound(evidence, relevance)
+    def __init__(
+        self,
+        evidence: Evidence,
+        relevance: Relevance,
+        traits: SearchTraits = UNKNOWN,
+        least: LowerBound | None = None,
+    ) -> None:
+        self.least = LowerBound(evidence, relevance) if least is None else least
         if evidence.tags is not None:  # after a stop for a tag the next look is not the nearest to a container
             traits = replace(traits, nearest_first=False)
         self.most = UpperBound(evidence, traits)

@@ -63,12 +63,13 @@ class UpperBound:
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: Cache[tuple[tuple[int, ...], tuple[int, ...]], float] = Cache(MAX_CACHED_LEGS)
+        self._last: tuple[Knowledge, tuple[Delivered | Holding, ...], bool] | None = None
         self.fits_straight = _is_plain_delivery(self._goal) and not evidence.left
         self.max_picks = max_instances(self._goal)
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
         """Whether a distinct reachable instance is known for every part that is left: no look is needed."""
-        return self._all_known(self._unmet_parts(knowledge), knowledge)
+        return self._unmet_and_known(knowledge)[1]
 
     def direct_route_bound(self, knowledge: Knowledge) -> float:
         """For strategies that go straight, from a state on: every look that is left, and every fetch.
@@ -79,10 +80,10 @@ class UpperBound:
         expensive assignment of distinct starts to these legs bounds their sum from above (an assignment problem); the
         most expensive delivery of each part is added.
         """
-        left = self._unmet_parts(knowledge)
-        if self._traits.plans_shortest and (known := self._known_route(left, knowledge)) is not None:
+        left, all_known = self._unmet_and_known(knowledge)
+        if self._traits.plans_shortest and all_known and (known := self._known_route(left, knowledge)) is not None:
             return known
-        looks = [] if self._all_known(left, knowledge) else self._left_to_look(knowledge)
+        looks = [] if all_known else self._left_to_look(knowledge)
         parts = [part for part in left if part.at in self._index]
         stand = [self._known_sites(part, knowledge) for part in parts]
         here = self._index.get(knowledge.robot_at, -1)
@@ -155,6 +156,15 @@ class UpperBound:
         seen = knowledge.first_seen
         return [at for container, at in self._places if container not in seen]
 
+    def _unmet_and_known(self, knowledge: Knowledge) -> tuple[tuple[Delivered | Holding, ...], bool]:
+        """The parts of the goal that are not met, and whether nothing is missing for them; asked several times of a
+        state."""
+        last = self._last
+        if last is None or last[0] is not knowledge:
+            left = self._unmet_parts(knowledge)
+            self._last = last = knowledge, left, self._all_known(left, knowledge)
+        return last[1], last[2]
+
     def _unmet_parts(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
         """The parts of the goal that are not met."""
         return tuple([part for part in self._parts if not is_met(part, knowledge)])
@@ -165,15 +175,15 @@ class UpperBound:
 
     def _known_route(self, left: tuple[Delivered | Holding, ...], knowledge: Knowledge) -> float | None:
         """The cost of the cheapest order of deliveries, each straight from where an instance stands; what is in hand
-        is brought first. None where something is missing, where that is not what is left to do, or where the goal
-        names a type twice: what was delivered of it is not to be fetched."""
+        is brought first. Nothing is missing. None where that is not what is left to do, or where the goal names a
+        type twice: what was delivered of it is not to be fetched."""
         types = [part.item_type for part in left if isinstance(part, Delivered) and part.at in self._index]
         held, here = knowledge.holding, travel_row(knowledge, self._index, self._metres)
         if len(types) < len(left) or len(types) > MAX_ORDERED or here is None:
             return None
         if any(self._wanted[t] > 1 for t in types):
             return None
-        if not self._all_known(left, knowledge) or (held is not None and held.type not in types):
+        if held is not None and held.type not in types:
             return None
         ends = [self._index[part.at] for part in left]
         stand = [self._usable_sites(part.item_type, knowledge) for part in left]
@@ -237,10 +247,10 @@ def nearest_first_leg_bound(metres: Floats, looks: list[int], starts: list[int])
     """
     if not looks:
         return 0.0
-    from_elsewhere = float(metres[np.ix_(starts, looks)].max(axis=1).sum())
+    from_elsewhere = float(metres.take(starts, axis=0).take(looks, axis=1).max(axis=1).sum())
     if len(looks) < 2:
         return from_elsewhere
-    between = metres[np.ix_(looks, looks)]
+    between = metres.take(looks, axis=0).take(looks, axis=1)
     widths = merge_widths(np.maximum(between, between.T))
     return from_elsewhere + float(widths[1:].sum() + widths[-1])  # no leg leaves the last look: not widths[0]
 
