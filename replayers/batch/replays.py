@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 Progress = Callable[[Iterator[Outcome], int], Iterable[Outcome]]
 """Passes outcomes on as they are made, and knows how many there will be: a progress bar."""
 
+BY_THE_LOG = ("log", "first")
+"""Estimators that only a log has."""
+
 Log = Run | Path | str
 """A run that was read, a log, or a folder of logs."""
 
@@ -124,10 +127,12 @@ def replay(
 
     Raises:
         FileMissing, MalformedFile: no such log, or no log in a folder.
-        UnknownName: no such strategy.
+        UnknownName: no such strategy or estimator.
+        PluginNotLoaded: the estimator cannot be loaded.
         StrategyNotLoaded: none of the strategies can be loaded.
     """
     settings = settings or ReplaySettings()
+    _require_estimator(settings)
     given = logs_among([_path(log) for log in _several(logs)])
     parts = parts_of_one_run(given)
     files = tuple(log for log in given if log not in parts)
@@ -183,6 +188,14 @@ def _several(logs: Log | Sequence[Log]) -> Sequence[Log]:
 
 def _path(log: Log) -> Path:
     return log.path if isinstance(log, Run) else path_of(log)
+
+
+def _require_estimator(settings: ReplaySettings) -> None:
+    """Refuses an estimator that there is not before any log is blamed for it."""
+    from workbench.beliefs.estimators import estimator
+
+    if settings.estimator not in BY_THE_LOG:
+        estimator(settings.estimator, origin=settings.estimator_origin, may_ask=False)
 
 
 def _not_loaded(names: tuple[str, ...], settings: ReplaySettings) -> dict[str, str]:

@@ -15,10 +15,8 @@ from workbench.tolerances import NEAR_COST
 if TYPE_CHECKING:
     from replayers.batch.next_look import SharedLook
     from replayers.batch.replays import Replays
-    from replayers.selection.campaign_logs import TrialGroup
-    from replayers.selection.verdict import SelectionVerdict, StrategyStanding
-
-LOOKS_SHOWN = 3
+    from replayers.selection.campaign_logs import TrialGroup, TrialGroups
+    from replayers.selection.verdict import SelectionSettings, SelectionVerdict, StrategyStanding
 
 
 def select(
@@ -76,17 +74,17 @@ def select(
 
         lios select trials/ -s conditioned-lios --estimator by-room.prompt,by-sight.prompt --ask
     """
-    from replayers.batch.next_look import looks_by_log, shared_looks
     from replayers.batch.replay_all import LogFailed
     from replayers.counterfactual.bounds.bounds import budget_of
     from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
     from replayers.selection.candidates import estimators_named, replay_candidates
+    from replayers.selection.next_look import looks_of_trials
     from replayers.selection.verdict import SelectionSettings, history
     from workbench.errors import BadValue, Unsupported
     from workbench.plugins import NameOrigin
-    from workbench.terminal import emit_json, progress, say
+    from workbench.terminal import progress, say
 
     by = group_by(group)
     if figure is not None:
@@ -107,41 +105,62 @@ def select(
         workers=workers,
         progress=lambda replays, total: progress(replays, title="replaying", total=total),
     )
-    candidates = _candidates(made, strategies)
-    found = trial_groups(made, candidates, by)
-    failed = [f.reason if f.reason.startswith(f.log) else f"{f.log}: {f.reason}" for f in made.failed]
-    left_out = [*found.left_out, *dict.fromkeys(failed)]
+    found = trial_groups(made, _candidates(made, strategies), by)
     if not found.groups:
-        raise Unsupported(f"no log can be compared: {left_out[0] if left_out else 'there is none'}")
+        raise Unsupported(f"no log can be compared: {found.left_out[0] if found.left_out else 'there is none'}")
     most = max(len(g.trials) for g in found.groups)
     if horizon is not None and horizon < most:
         raise BadValue("--horizon", horizon, f"at least the {most} trials so far")
     wanted = SelectionSettings(alpha=alpha, horizon=horizon, seed=seed)
     histories = [history(g.trials, wanted) for g in found.groups]
-    looks = shared_looks(looks_by_log(made.outcomes, made.logs, made.settings)) if look_next else None
-    if json:
-        groups = [_group_row(g, h) for g, h in zip(found.groups, histories, strict=True)]
-        answer: dict[str, Any] = {"groups": groups, "left_out": left_out, "alpha": alpha, "seed": seed}
-        if looks is not None:
-            answer["look_next"] = [_look(look) for look in looks]
-        emit_json(answer)
-    else:
-        kinds = len(histories)
-        if kinds > 1:
-            say(f"These logs are of {kinds} kinds of trial; each has its own answer (--group-by).")
-        for g, h in zip(found.groups, histories, strict=True):
-            _tell(g, h, alpha=alpha)
-        for look in (looks or ())[:LOOKS_SHOWN]:
-            say(f"look next into {look.container} in {look.place}: unopened in {look.logs} of {len(made.logs)} logs, "
-                f"expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons")  # fmt: skip
-    for words in left_out:
-        say(f"left out: {words}")
+    looks = looks_of_trials(made, found.groups) if look_next else None
+    _answer(found, histories, looks, wanted, worlds=worlds, as_json=json)
     if figure is not None:
         from replayers.selection.figure import draw_campaign
 
         say(f"Wrote {draw_campaign(figure, histories[0], title=found.groups[0].name)}")
     if any(isinstance(o, LogFailed) for o in made.outcomes):
         raise click.exceptions.Exit(3)
+
+
+def _answer(
+    found: TrialGroups,
+    histories: Sequence[Sequence[SelectionVerdict]],
+    looks: Sequence[SharedLook] | None,
+    wanted: SelectionSettings,
+    *,
+    worlds: int,
+    as_json: bool,
+) -> None:
+    """Prints the answer of each group, what to look into next, and what counts for nothing."""
+    from replayers.selection.next_look import look_lines
+    from replayers.selection.verdict_text import out_of_choice
+    from workbench.terminal import emit_json, say
+
+    advised = () if looks is None else look_lines(looks, trials=len(found.logs), worlds=worlds)
+    if as_json:
+        groups = [_group_row(g, h) for g, h in zip(found.groups, histories, strict=True)]
+        answer: dict[str, Any] = {
+            "groups": groups,
+            "left_out": found.left_out,
+            "not_replayed": [{"strategy": name, "reason": why} for name, why in found.not_replayed.items()],
+            "alpha": wanted.alpha,
+            "seed": wanted.seed,
+        }
+        if looks is not None:
+            answer |= {"look_next": [_look(look) for look in looks], "look_next_words": advised}
+        emit_json(answer)
+    else:
+        if len(histories) > 1:
+            say(f"These logs are of {len(histories)} kinds of trial; each has its own answer (--group-by).")
+        for g, h in zip(found.groups, histories, strict=True):
+            _tell(g, h, alpha=wanted.alpha)
+        for line in advised:
+            say(line)
+    for words in out_of_choice(found.not_replayed):
+        say(words)
+    for words in found.left_out:
+        say(f"left out: {words}")
 
 
 def _require_png(figure: Path) -> None:
@@ -222,8 +241,7 @@ def _tell(group: TrialGroup, verdicts: Sequence[SelectionVerdict], *, alpha: flo
     emit_table([_standing(s, last) for s in last.standings], minor=("driven", "exact"))
     emit_text(summary(last, alpha=alpha))
     for name, (logs, why) in group.broke.items():
-        say(f"note: {name} broke on {len(logs)} of {counted(len(verdicts), 'log')}; it counts as failed there, and "
-            f"nothing is proved about it: {why}")  # fmt: skip
+        say(f"left out of the choice: {name} broke on {len(logs)} of {counted(len(verdicts), 'log')}: {why}")
 
 
 def _standing(s: StrategyStanding, last: SelectionVerdict) -> dict[str, Any]:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
+from types import MappingProxyType
 
-from replayers.batch.compare import runs_once
+from replayers.batch.compare import MAX_NAMED, runs_once
 from replayers.batch.replays import Replays
 from replayers.batch.store import StoredReplay
 from replayers.runs.run import read
 from replayers.selection.trial_costs import TrialCosts, trial_costs
-from workbench.errors import BadValue, LiosError
+from workbench.errors import BadValue, LiosError, first_few
 from workbench.remote.path import path_of
 
-BROKE, UNLIKE = "planner-failed", "not-reproduced"
+UNLIKE = "not-reproduced"
 
 
 class GroupBy(StrEnum):
@@ -36,7 +37,8 @@ class TrialGroup:
         name: what they have in common, in words.
         places: the sites or houses, in the order of first appearance.
         logs: their logs.
-        broke: by strategy, the logs on which it broke, and why on the first.
+        broke: candidates that are left out of the choice here: the logs on which each broke or could not be replayed,
+            and why on the first. The trials are of the others.
     """
 
     name: str
@@ -52,10 +54,29 @@ class TrialGroups:
 
     Attributes:
         left_out: logs that count for nothing, with the reason, in one line each.
+        not_replayed: candidates that could be replayed over no log, with the reason.
     """
 
     groups: tuple[TrialGroup, ...]
     left_out: tuple[str, ...]
+    not_replayed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def logs(self) -> tuple[Path, ...]:
+        """The logs of all trials that count."""
+        return tuple(log for group in self.groups for log in group.logs)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Counted:
+    """A log that may count as a trial, with its replays; lacking: candidates that have no bounds here, and why."""
+
+    started_ns: int
+    path: Path
+    place: str
+    limit: float
+    records: tuple[StoredReplay, ...]
+    lacking: dict[str, str]
 
 
 def group_by(text: str) -> GroupBy:
@@ -72,13 +93,15 @@ def group_by(text: str) -> GroupBy:
 
 def trial_groups(replays: Replays, strategies: Sequence[str], by: GroupBy) -> TrialGroups:
     """The replayed logs as trials in groups. A run that is in several logs counts once; logs of replays count for
-    nothing, since nobody drove them."""
+    nothing, since nobody drove them. A candidate that broke on a trial of a group is out of the choice there, so that
+    the others are judged among themselves; a log on which all broke is no trial."""
     kept, several = runs_once(replays)
     left_out = [s.words if s.kept else f"{s.words}; join them (lios log merge)" for s in several]
+    unread, not_replayed, failed = _failures(replays, strategies)
     by_log: dict[str, list[StoredReplay]] = {}
     for record in kept:
         by_log.setdefault(record.sha256, []).append(record)
-    found: dict[tuple[str, ...], list[tuple[int, Path, str, TrialCosts, list[StoredReplay]]]] = {}
+    found: dict[tuple[str, ...], list[_Counted]] = {}
     for records in by_log.values():
         path = path_of(records[0].log)
         try:
@@ -92,15 +115,77 @@ def trial_groups(replays: Replays, strategies: Sequence[str], by: GroupBy) -> Tr
         if any(r.status == UNLIKE for r in records):
             left_out.append(f"{path.name}: {next(r.reason for r in records if r.status == UNLIKE)}")
             continue
+        lacking = _lacking(records, strategies, failed.get(records[0].log, {}))
+        if len(lacking) == len(strategies):
+            left_out.append(f"{path.name}: no candidate ran over it. " + _reasons(lacking))
+            continue
         driven = "in simulation" if run.info.source == "simulation" else f"by {run.info.source}"
         shared = (run.info.scenario, driven, *_more(by, run.info.place, run.info.title))
-        costs = trial_costs(records, strategies, limit=run.task.failure_cost)
-        found.setdefault(shared, []).append((run.info.started.ns, path, run.info.place, costs, records))
-    groups = [_group(key, sorted(rows, key=lambda row: (row[0], str(row[1])))) for key, rows in found.items()]
+        one = _Counted(
+            started_ns=run.info.started.ns,
+            path=path,
+            place=run.info.place,
+            limit=run.task.failure_cost,
+            records=tuple(records),
+            lacking=lacking,
+        )
+        found.setdefault(shared, []).append(one)
+    groups: list[TrialGroup] = []
+    for key, rows in found.items():
+        rows.sort(key=lambda row: (row.started_ns, str(row.path)))
+        group = _group(", ".join(part for part in key if part), rows, strategies)
+        if group.trials:
+            groups.append(group)
+        else:
+            why = _reasons({name: why for name, (_, why) in group.broke.items()})
+            left_out.append(f"{group.name}: no candidate ran over each of the {len(rows)} logs. {why}")
     return TrialGroups(
         groups=tuple(sorted(groups, key=lambda g: (-len(g.trials), g.name))),
-        left_out=tuple(left_out),
+        left_out=(*left_out, *unread),
+        not_replayed=not_replayed,
     )
+
+
+def _failures(
+    replays: Replays, strategies: Sequence[str]
+) -> tuple[tuple[str, ...], Mapping[str, str], Mapping[str, Mapping[str, str]]]:
+    """What could not be replayed: logs in one line each, candidates that were replayed over no log with the reason,
+    and per log that was replayed by others what failed there."""
+    replayed = {r.log for r in replays}
+    unread: dict[str, None] = {}
+    of_log: dict[str, dict[str, str]] = {}
+    for f in replays.failed:
+        if f.log in replayed:
+            of_log.setdefault(f.log, {})[f.strategy] = f.reason.removeprefix(f"{f.log}: ")
+        else:
+            unread[f.reason if f.reason.startswith(f.log) else f"{f.log}: {f.reason}"] = None
+    names = dict.fromkeys(name for failed in of_log.values() for name in failed if name not in strategies)
+    nowhere = [name for name in names if all(name in of_log.get(log, {}) for log in replayed)]
+    reasons = {name: next(failed[name] for failed in of_log.values() if name in failed) for name in nowhere}
+    return tuple(unread), MappingProxyType(reasons), MappingProxyType(of_log)
+
+
+def _lacking(records: Sequence[StoredReplay], strategies: Sequence[str], failed: Mapping[str, str]) -> dict[str, str]:
+    """The candidates without bounds on a log, with the reasons."""
+    found = {r.strategy: r for r in records}
+    lacking: dict[str, str] = {}
+    for name in strategies:
+        record = found.get(name)
+        if record is None:
+            # A planner that failed before it gave its name is known by the name that the user gave.
+            others = [why for given, why in failed.items() if given not in strategies]
+            lacking[name] = failed.get(name) or next(iter(others), "it was not replayed over this log")
+        elif record.bounds is None:
+            lacking[name] = record.reason
+    return lacking
+
+
+def _reasons(lacking: Mapping[str, str]) -> str:
+    """The distinct reasons, each with the candidates that it is of."""
+    of: dict[str, list[str]] = {}
+    for name, why in lacking.items():
+        of.setdefault(why, []).append(name)
+    return "; ".join(f"{first_few(names, MAX_NAMED)}: {why}" for why, names in of.items())
 
 
 def _more(by: GroupBy, place: str, title: str) -> tuple[str, ...]:
@@ -109,17 +194,17 @@ def _more(by: GroupBy, place: str, title: str) -> tuple[str, ...]:
     return (f"in {place}",) if by is GroupBy.SITE else (f"in {place}", title)
 
 
-def _group(key: tuple[str, ...], rows: list[tuple[int, Path, str, TrialCosts, list[StoredReplay]]]) -> TrialGroup:
+def _group(name: str, rows: Sequence[_Counted], strategies: Sequence[str]) -> TrialGroup:
     broke: dict[str, tuple[tuple[str, ...], str]] = {}
-    for _, path, _, _, records in rows:
-        for record in records:
-            if record.status == BROKE:
-                logs, why = broke.get(record.strategy, ((), record.reason))
-                broke[record.strategy] = ((*logs, path.name), why)
+    for row in rows:
+        for candidate, reason in row.lacking.items():
+            logs, why = broke.get(candidate, ((), reason))
+            broke[candidate] = ((*logs, row.path.name), why)
+    judged = [s for s in strategies if s not in broke]
     return TrialGroup(
-        name=", ".join(part for part in key if part),
-        places=tuple(dict.fromkeys(place for _, _, place, _, _ in rows)),
-        trials=tuple(costs for _, _, _, costs, _ in rows),
-        logs=tuple(path for _, path, _, _, _ in rows),
+        name=name,
+        places=tuple(dict.fromkeys(row.place for row in rows)),
+        trials=tuple(trial_costs(row.records, judged, limit=row.limit) for row in rows) if judged else (),
+        logs=tuple(row.path for row in rows),
         broke=broke,
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 from replayers.batch.replay_all import LogFailed, Outcome
-from replayers.batch.replays import Log, Progress, Replays
+from replayers.batch.replays import BY_THE_LOG, Log, Progress, Replays
 from replayers.batch.replays import replay as replay_logs
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.prepared_log import ReplaySettings
@@ -23,9 +23,6 @@ from workbench.plugins import NameOrigin
 
 DRAWN_BY = "counts"
 """By whose beliefs worlds are drawn where candidates differ in theirs: by its own, each would seem to do well."""
-
-BY_THE_LOG = ("log", "first")
-"""Estimators that only a log has."""
 
 
 def estimators_named(text: str) -> tuple[str, ...]:

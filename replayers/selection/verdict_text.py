@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf
 
 from replayers.selection.verdict import SelectionVerdict, Settled, StrategyStanding
@@ -10,6 +11,8 @@ from workbench.tolerances import NEAR_COST, NEAR_SHOWN_COST
 
 def summary(last: SelectionVerdict, *, alpha: float) -> str:
     """What to drive next, what it may cost at most, and whether that is settled."""
+    if len(last.standings) == 1:
+        return f"Drive {last.next} next: no other candidate ran over every one of these logs."
     words = f"Drive {last.next} next. "
     if last.regret_so_far < inf:
         words += f"On the trials so far it cost at most {last.regret_so_far:.1f} a trial more than any other"
@@ -47,3 +50,11 @@ def mean_cost(standing: StrategyStanding) -> str:
 
 def at_most(value: float) -> str:
     return f"{value:.1f}" if value < inf else "unknown"
+
+
+def out_of_choice(not_replayed: Mapping[str, str]) -> tuple[str, ...]:
+    """The candidates that could be replayed over no log, one line for each reason."""
+    of: dict[str, list[str]] = {}
+    for name, why in not_replayed.items():
+        of.setdefault(why, []).append(name)
+    return tuple(f"left out of the choice: {', '.join(names)}: {why}" for why, names in of.items())

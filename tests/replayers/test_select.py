@@ -86,8 +86,8 @@ def test_a_strategy_that_breaks_on_some_logs_proves_nothing_there(
     assert groups["deliver-2, by spot"]["broke"] == []
     assert lios(wish) == 0
     said = capsys.readouterr()
-    assert "note: some broke on 2 of 2 logs; it counts as failed there" in said.err
-    assert "There is no bound" in said.out
+    assert "left out of the choice: some broke on 2 of 2 logs: it raised RuntimeError: no idea" in said.err
+    assert "Drive model-lios next: no other candidate ran" in said.out
 
 
 def test_logs_that_cannot_be_read_are_left_out_in_one_line_each(

@@ -34,7 +34,12 @@ def selection(found: FolderSelection, folder: Path) -> Markup:
 def _group(number_of: int, group: TrialGroup, verdicts: tuple[SelectionVerdict, ...], *, alpha: float) -> Markup:
     last = verdicts[-1]
     broke = Markup("").join(
-        html('<p class="warn">{} broke on {} of these logs: {}</p>', name(strategy), len(logs), text(why))
+        html(
+            '<p class="warn">Left out of the choice: {} broke on {} of these logs: {}</p>',
+            name(strategy),
+            len(logs),
+            text(why),
+        )
         for strategy, (logs, why) in sorted(group.broke.items())
     )
     return html(
