@@ -80,6 +80,7 @@ def select(
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
     from replayers.selection.candidates import estimators_named, replay_candidates
+    from replayers.selection.kept_answer import keep_answer
     from replayers.selection.next_look import looks_of_trials
     from replayers.selection.verdict import SelectionSettings, history
     from workbench.errors import BadValue, Unsupported
@@ -106,12 +107,14 @@ def select(
         progress=lambda replays, total: progress(replays, title="replaying", total=total),
     )
     found = trial_groups(made, _candidates(made, strategies), by)
+    wanted = SelectionSettings(alpha=alpha, horizon=horizon, seed=seed)
+    if output is not None:
+        keep_answer(output, made, wanted, estimators=estimators_named(estimator), group_by=by)
     if not found.groups:
         raise Unsupported(f"no log can be compared: {found.left_out[0] if found.left_out else 'there is none'}")
     most = max(len(g.trials) for g in found.groups)
     if horizon is not None and horizon < most:
         raise BadValue("--horizon", horizon, f"at least the {most} trials so far")
-    wanted = SelectionSettings(alpha=alpha, horizon=horizon, seed=seed)
     histories = [history(g.trials, wanted) for g in found.groups]
     looks = looks_of_trials(made, found.groups) if look_next else None
     _answer(found, histories, looks, wanted, worlds=worlds, as_json=json)

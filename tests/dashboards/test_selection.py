@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from shutil import copy
+from typing import Any
 
 import msgspec
 import pytest
@@ -15,6 +17,7 @@ from dashboards.model.selection import selection_in
 from dashboards.panels.folder.selection import selection
 from replayers.batch.store import SUFFIX, read_replay, write_replay
 from replayers.counterfactual.prepared_log import ReplaySettings
+from workbench.cli import run as lios
 
 LOGS = Path(__file__).resolve().parents[2] / "logs"
 
@@ -68,6 +71,51 @@ def test_replays_kept_apart_from_their_logs_are_shown_too(kept: Path, tmp_path: 
     assert [v.trials for v in found.groups[0][1]] == [1]
     assert len(found.left_out) == 1
     assert "find-lios.mcap" in found.left_out[0]
+
+
+def selected(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
+    """The groups of `lios select --json`."""
+    assert lios(["select", *arguments, "--worlds", "2", "--json"]) in (0, 3)
+    return json.loads(capsys.readouterr().out)["groups"]
+
+
+def test_the_panel_shows_the_candidates_of_the_command_and_whose_beliefs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Several estimators are several candidates; a later answer into the same folder takes the place of this one."""
+    log, kept = str(LOGS / "find-greedy.mcap"), tmp_path / "kept"
+    wish = [log, "-s", "greedy,lios", "-o", str(kept)]
+    (told,) = selected(capsys, *wish, "--estimator", "counts,people", "--alpha", "0.2")
+    found = selection_in(tmp_path)
+    ((_, verdicts),) = found.groups
+    assert (found.alpha, found.estimators, len(verdicts[-1].standings)) == (0.2, ("counts", "people"), 4)
+    rows = [(s.strategy, s.lower, s.expected, s.to_come, s.chance_best) for s in verdicts[-1].standings]
+    assert rows == [
+        (r["strategy"], r["lower"], r["expected"], r["to_come"], r["chance_best"]) for r in told["after"][-1]["rows"]
+    ]
+    shown = str(selection(found, tmp_path))
+    assert "counts, people answered last here" in shown.replace("<code>", "").replace("</code>", "")
+    (told,) = selected(capsys, *wish, "--estimator", "people")
+    again = selection_in(tmp_path)
+    assert again.estimators == ("people",)
+    assert again.groups[0][1][-1].next == told["next"]
+    assert len(again.groups[0][1][-1].standings) == 2
+
+
+def test_what_the_command_leaves_out_the_panel_leaves_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "half.py").write_text("x = 1\n")
+    log = str(LOGS / "find-greedy.mcap")
+    selected(capsys, log, "-s", "greedy,lios,half:Nope", "-o", "kept", "--group-by", "site")
+    found = selection_in(tmp_path / "kept")
+    assert list(found.not_replayed) == ["half:Nope"]
+    assert found.groups[0][0].name.startswith("find, in simulation, in ")  # the place, by --group-by
+    assert "left out of the choice: half:Nope: it raised" in str(selection(found, tmp_path))
+    replayers.replay(log, "greedy", settings=ReplaySettings(worlds=3), output="kept")
+    assert any("1 of the 2 replays of this answer were removed, or made again" in line
+               for line in selection_in(tmp_path / "kept").left_out)  # fmt: skip
 
 
 def test_the_table_of_runs_names_the_log_of_each_replay(kept: Path) -> None:

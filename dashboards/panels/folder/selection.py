@@ -10,7 +10,7 @@ from dashboards.model.selection import FolderSelection
 from dashboards.panels.markup import breakable, html, name, percent, table, text
 from replayers.selection.campaign_logs import TrialGroup
 from replayers.selection.verdict import SelectionVerdict
-from replayers.selection.verdict_text import at_most, mean_cost, standing_words, summary
+from replayers.selection.verdict_text import at_most, mean_cost, out_of_choice, standing_words, summary
 
 MAX_TRIALS = 100
 """Trials that are listed, the latest."""
@@ -28,7 +28,15 @@ def selection(found: FolderSelection, folder: Path) -> Markup:
             _left_out(found),
         )
     groups = Markup("").join(_group(k, *group, alpha=found.alpha) for k, group in enumerate(found.groups))
-    return html('<div class="lp"><h3>Drive next</h3>{}{}</div>', groups, _left_out(found))
+    return html('<div class="lp"><h3>Drive next</h3>{}{}{}</div>', _believed(found), groups, _left_out(found))
+
+
+def _believed(found: FolderSelection) -> Markup:
+    """Whose beliefs the candidates follow, where that is known."""
+    if not found.estimators:
+        return Markup("")
+    words = Markup(", ").join(name(one) for one in found.estimators)
+    return html('<p class="muted">As <code>lios select --estimator</code> {} answered last here.</p>', words)
 
 
 def _group(number_of: int, group: TrialGroup, verdicts: tuple[SelectionVerdict, ...], *, alpha: float) -> Markup:
@@ -87,5 +95,6 @@ def _trials(number_of: int, group: TrialGroup, verdicts: tuple[SelectionVerdict,
 def _left_out(found: FolderSelection) -> Markup:
     lines = found.left_out[:MAX_LEFT_OUT]
     more = len(found.left_out) - len(lines)
+    out = Markup("").join(html('<p class="warn">{}</p>', text(line)) for line in out_of_choice(found.not_replayed))
     listed = Markup("").join(html('<p class="muted">left out: {}</p>', text(line)) for line in lines)
-    return listed + (html('<p class="muted">and {} more</p>', more) if more else Markup(""))
+    return out + listed + (html('<p class="muted">and {} more</p>', more) if more else Markup(""))

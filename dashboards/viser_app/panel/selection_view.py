@@ -56,4 +56,10 @@ def _selection(folder: Path, version: tuple[tuple[str, int], ...]) -> FolderSele
 
 
 def _version(folder: Path) -> tuple[tuple[str, int], ...]:
-    return tuple((str(path), path.stat().st_mtime_ns) for path in sorted(folder.rglob(f"*{SUFFIX}")))
+    from replayers.selection.kept_answer import FILE
+
+    return tuple(
+        (str(path), path.stat().st_mtime_ns)
+        for pattern in (f"*{SUFFIX}", FILE)
+        for path in sorted(folder.rglob(pattern))
+    )
