@@ -39,6 +39,9 @@ from workbench.planning.strategy import Strategy
 MAX_BRANCHES = 5000
 """Number of branches to write out; the others get outer bounds."""
 
+SHORT = 12
+"""Digits of a revision in a certificate."""
+
 
 class NotCertifiable(Unsupported):
     """A log or a strategy that certificates do not cover."""
@@ -66,14 +69,20 @@ def certificate(prepared: PreparedLog, planner: Strategy, *, max_branches: int =
         log=shown(evidence.path.rpartition("/")[2]),
         log_sha256=evidence.sha256,
         strategy=planner.name,
-        strategy_version=f"{__version__} {revision().commit}".strip(),
-        estimator=prepared.estimator.name,
+        strategy_version=_version(),
+        estimator=prepared.estimator_of(planner).name,
         types=tree.relevance.types,
         failure_cost=evidence.task.failure_cost,
         lower=writer.bound(low=True),
         upper=writer.bound(low=False),
         tree=root,
     )
+
+
+def _version() -> str:
+    """Release and revision, with a plus where the working tree was modified."""
+    code = revision()
+    return f"{__version__} {code.commit[:SHORT]}{'+' * code.dirty}".strip()
 
 
 def _require_plain(prepared: PreparedLog, evidence: Evidence) -> None:

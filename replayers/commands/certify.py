@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from workbench.options import Force, Json
+from workbench.options import Ask, Force, Json
 from workbench.parameters import Argument, Option
 
 
@@ -18,6 +18,14 @@ def certify(
     branches: Annotated[
         int, Option("--branches", min=1, help="Number of branches to write out; the others get outer bounds.")
     ] = 5000,
+    estimator: Annotated[
+        str,
+        Option(
+            "--estimator",
+            help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: best, people, ...',
+        ),
+    ] = "log",
+    ask: Ask = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -30,8 +38,10 @@ def certify(
 
         lios certify run.mcap -s pes-lios -o claim.lios.zip && python tools/check_claim.py claim.lios.zip run.mcap
     """
+    from replayers.batch.recorded_strategy import loadable_name
     from replayers.certificates.build import certificate
     from replayers.certificates.claim import sealed, write_claim
+    from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
     from replayers.counterfactual.sandbox import is_foreign, loading_fault
     from replayers.runs.run import read
@@ -43,8 +53,10 @@ def certify(
     if output.exists() and not force:
         raise OutputExists(output)
     run = read(log)
-    prepared = prepare_log(run, ReplaySettings(worlds=0), with_paths=False)
-    name, origin = (strategy, NameOrigin.USER) if strategy else (run.info.strategy, NameOrigin.LOG)
+    name, origin = (strategy, NameOrigin.USER) if strategy else (loadable_name(run), NameOrigin.LOG)
+    may_ask = may_ask_estimator(estimator, ask=ask)
+    settings = ReplaySettings(worlds=0, estimator=estimator, estimator_origin=NameOrigin.USER, ask=may_ask)
+    prepared = prepare_log(run, settings, with_paths=False)
     fault = loading_fault(name) if is_foreign(name, origin=origin) else None
     if fault is not None:
         raise StrategyNotLoaded(name, fault.reason)
@@ -55,9 +67,10 @@ def certify(
     lower, upper = claim.lower, claim.upper
     if json:
         ends = {"lower": lower.cost, "lower_kind": lower.kind, "upper": upper.cost, "upper_kind": upper.kind}
-        names = {"strategy": claim.strategy, "log": claim.log, "seal": values["seal"]}
+        who = {"strategy": claim.strategy, "version": claim.strategy_version, "estimator": claim.estimator}
+        names = {**who, "log": claim.log, "seal": values["seal"]}
         emit_json({"file": str(output), **names, **ends})
         return
     most = "no upper bound" if upper.cost is None else f"{upper.cost:.2f} ({upper.kind})"
-    say(f"{claim.strategy} over {claim.log}: {lower.cost:.2f} ({lower.kind}) to {most}")
+    say(f"{claim.strategy}, belief of {claim.estimator}, over {claim.log}: {lower.cost:.2f} ({lower.kind}) to {most}")
     say(f"Wrote {output}; check it: python tools/check_claim.py {output} {log}")
