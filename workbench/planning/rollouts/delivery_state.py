@@ -61,8 +61,9 @@ class Scratch(NamedTuple):
         places, known: as in DeliveryState, plus the instances found since.
         legs: cost of delivering each want from the robot's location (row 0) and from each target, shape (K + 1, K).
         rest: cost of the remaining wants (a mask), by the want delivered last, shape (2**K, K + 1).
-        finds: cache of find costs across worlds, by origin (the move that led there), find and subset, shape
-            (n + K, F, 2**c); first: of the same finds, the candidate looked into first.
+        keys, finds, first: cache of finds across worlds, by the move that led to where they begin, the find and the
+            subset: the keys, the costs, and the candidates looked into first; shape (slots,).
+        look: the candidate that each want's search from the robot's location looks into first, shape (K,).
         ahead: cost of a find that looks into each candidate first, shape (c,).
         worlds: the worlds, ordered so that those which have shown the same so far stand together, shape (worlds,).
         path: the moves that led to a state, one row each (kernels.MOVE and the following), shape (n + K + 1, 7).
@@ -76,8 +77,10 @@ class Scratch(NamedTuple):
     places: Ints
     legs: Floats
     rest: Floats
+    keys: Ints
     finds: Floats
     first: Ints8
+    look: Ints
     ahead: Floats
     worlds: Ints
     path: Ints

@@ -35,8 +35,14 @@ FAILURE_COST = 1e4
 MIN_REMAINING_PROBABILITY = 1e-9
 """A find with no more than this chance of coming to a next candidate has none left."""
 
-NONE, UNKNOWN = -1, -2
-"""In place of a candidate: there is none; it is not computed yet."""
+NONE = -1
+"""In place of a candidate: there is none."""
+
+SLOTS_BITS = 12
+SLOTS = 1 << SLOTS_BITS
+"""Of the cache of finds, of which a decision takes a few hundred. One in the slot of another displaces it."""
+SPREAD = np.int64(-7046029254386353131)
+"""A factor that spreads keys over the slots (Fibonacci hashing)."""
 
 MOVE, AT, HAND, DONE, BEGIN, END, SHOWN = range(7)
 """Columns of Scratch.path: a move; the robot's location, the item in hand and the wants met after it; where the
@@ -74,8 +80,10 @@ def scratch(here: DeliveryState, worlds: int) -> Scratch:
         places=here.places.copy(),
         legs=np.empty((wants + 1, wants)),
         rest=np.zeros((1 << wants, wants + 1)),
-        finds=np.empty((n + wants, finds, here.missing.shape[1])),
-        first=np.full((n + wants, finds, here.missing.shape[1]), UNKNOWN, np.int8),
+        keys=np.zeros(SLOTS, np.int64),
+        finds=np.empty(SLOTS),
+        first=np.empty(SLOTS, np.int8),
+        look=np.empty(wants, np.int64),
         ahead=np.empty(candidates),
         worlds=np.empty(worlds, np.int64),
         path=np.empty((most, SHOWN + 1), np.int64),
@@ -185,9 +193,7 @@ def _next_move(here: DeliveryState, room: Scratch, at: int, last_move: int, hand
         return STUCK
     if room.known[want] > 0:
         return n + want
-    find = here.find[want]
-    first = int(room.first[last_move, find, room.subset[find]])
-    return _next_look(here, want, at, first, room.searched)
+    return _next_look(here, want, at, int(room.look[want]), room.searched)
 
 
 @kernel(inline="always", borrows=True)
@@ -202,9 +208,9 @@ def _known_instance_cost(here: DeliveryState, want: int, at: int, known: Ints, p
 
 @kernel(inline="always", borrows=True)
 def _fill_legs(here: DeliveryState, room: Scratch, at: int, last_move: int, done: int) -> None:
-    """Fill `legs`: the cost of delivering each want from the robot's location (row 0) and from each remaining
-    target."""
-    legs, known, first, finds = room.legs, room.known, room.first, room.finds
+    """Fill `legs`: the cost of delivering each want from the robot's location (row 0) and from the other remaining
+    targets."""
+    legs, known = room.legs, room.known
     wants, n = len(here.targets), len(here.containers)
     for row in range(wants + 1):
         if row > 0 and done >> (row - 1) & 1:
@@ -212,16 +218,20 @@ def _fill_legs(here: DeliveryState, room: Scratch, at: int, last_move: int, done
         start, origin = (at, last_move) if row == 0 else (here.targets[row - 1], n + row - 1)
         for k in range(wants):
             find = here.find[k]
-            if done >> k & 1:
+            if done >> k & 1 or row == k + 1:
                 continue
             if known[k] > 0:
                 legs[row, k] = _known_instance_cost(here, k, start, known, room.places) + 2.0 * here.handle
             elif find >= 0:
                 subset = int(room.subset[find])
-                if first[origin, find, subset] == UNKNOWN:
-                    cost, candidate = _find_cost(here, k, start, subset, room.ahead)
-                    finds[origin, find, subset], first[origin, find, subset] = cost, candidate
-                legs[row, k] = finds[origin, find, subset] + here.handle
+                key = ((origin * len(room.subset) + find) * here.missing.shape[1] + subset) + 1
+                slot = (key * SPREAD >> 64 - SLOTS_BITS) & SLOTS - 1
+                if room.keys[slot] != key:
+                    room.keys[slot] = key
+                    room.finds[slot], room.first[slot] = _find_cost(here, k, start, subset, room.ahead)
+                legs[row, k] = room.finds[slot] + here.handle
+                if row == 0:
+                    room.look[k] = room.first[slot]
             else:
                 legs[row, k] = np.inf
 
