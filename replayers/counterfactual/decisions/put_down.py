@@ -113,30 +113,34 @@ def _is_cheaper(metres: Floats, errands: Floats, begin: Indices, of: Indices, to
         of, to: as of _errands.
     """
     items, places = errands.shape
-    stages = of.shape[1] - items
-    stood = np.empty(items, np.int64)
-    there = np.empty(stages, np.int64)
-    for number in range(places**stages):
-        rest = number
-        for stage in range(stages):
-            there[stage] = rest % places
-            rest //= places
-        for plan in range(len(of)):
-            cost, at = 0.0, begin[0]
-            stood[:] = -1
-            for errand in range(of.shape[1]):
-                item, stage = of[plan, errand], to[plan, errand]
-                end = begin[item + 1] if stage < 0 else there[stage]
-                if stood[item] >= 0:
-                    cost += metres[at, stood[item]] + metres[stood[item], end]
-                else:
-                    cost += max(metres[at, end], errands[item, at] - metres[end, begin[item + 1]])
-                if cost >= limit:
-                    break
-                stood[item] = end
-                at = end
-            if cost < limit:
+    count = of.shape[1]
+    stood, before = np.empty(items, np.int64), np.empty(count, np.int64)
+    at, option, spent = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+    for plan in range(len(of)):
+        for item in range(items):
+            stood[item] = -1
+        errand, at[0], option[0], spent[0] = 0, begin[0], 0, 0.0
+        while errand >= 0:  # depth first over the places where things are put down
+            item, stage = of[plan, errand], to[plan, errand]
+            if option[errand] == (1 if stage < 0 else places):
+                errand -= 1
+                if errand >= 0:
+                    stood[of[plan, errand]] = before[errand]
+                continue
+            end = begin[item + 1] if stage < 0 else option[errand]
+            option[errand] += 1
+            here, was = at[errand], stood[item]
+            if was >= 0:
+                cost = spent[errand] + (metres[here, was] + metres[was, end])
+            else:
+                cost = spent[errand] + max(metres[here, end], errands[item, here] - metres[end, begin[item + 1]])
+            if cost >= limit:
+                continue
+            if errand == count - 1:
                 return True
+            before[errand], stood[item] = was, end
+            errand += 1
+            at[errand], option[errand], spent[errand] = end, 0, cost
     return False
 
 
