@@ -67,7 +67,7 @@ def _made(
     chosen = choose(p, metres[robot, containers], to_m, limit=limit, ranking="worth")
     chance = np.minimum(unconditioned(possible(probability)[None], "marginal")[0], MAX_PROBABILITY)
     missing = still_missing_by_subset(p, chosen, "marginal")[0]
-    between = metres[containers[:, None], containers]
+    between = metres.take(containers, axis=0).take(containers, axis=1)
     beyond = _cost_beyond_candidates(chance, chosen[0], between, to_m) + costs.manipulation
     onward = remaining_costs(
         missing, chosen[0], beyond, between, to_m, float(costs.search), float(costs.manipulation)
@@ -133,6 +133,8 @@ def _cost_beyond_candidates(chance: Floats, chosen: Indices, between_m: Floats, 
     others = np.flatnonzero(is_other)
     if not len(others):
         return 0.0
-    weight, ways = chance[others] + 1e-9, np.sort(between_m[others[:, None], others].ravel())
-    median = float(ways[(len(ways) - 1) // 2] + ways[len(ways) // 2]) / 2.0
+    weight, ways = chance[others] + 1e-9, between_m.take(others, axis=0).take(others, axis=1).ravel()
+    below, above = (len(ways) - 1) // 2, len(ways) // 2
+    ways.partition((below, above))
+    median = float(ways[below] + ways[above]) / 2.0
     return float(weight @ to_m[others] / weight.sum()) + 0.5 * median * max(1.0, 0.4 * len(others))
