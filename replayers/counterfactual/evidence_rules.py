@@ -80,12 +80,12 @@ def first_belief(
     """
     near = NEAR_ROUNDED if rounded else 0.0
     first: dict[tuple[str, str], float] = {}
-    static_beliefs = True
+    static_beliefs, known = True, frozenset(containers)
     strange: dict[str, None] = {}
     for update in beliefs:
         for item_type, row in zip(update.item_types, update.probability, strict=False):
             for container, probability in zip(update.containers, row, strict=False):
-                if container not in containers:
+                if container not in known:
                     strange[f"the log has a belief for {container}, which this place does not have; left out"] = None
                     continue
                 before = first.setdefault((item_type, container), probability)

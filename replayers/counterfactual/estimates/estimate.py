@@ -33,8 +33,11 @@ def costs_in(worlds: SampledWorlds, tree: RunTree, *, max_segments: int | None =
         max_segments: after so many new segments of the loop the remaining worlds are left out, but never below
             MIN_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
     """
-    costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
     began, known = tree.segments, _known_ends(worlds, tree)
+    if len(known) == len(worlds) and max_segments != 0:
+        ends = [known[world] for world in range(len(worlds))]
+        return np.array([cost for cost, _ in ends]), np.array([done for _, done in ends], dtype=bool)
+    costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
     for world in range(len(worlds)):
         spent = tree.segments - began
         if max_segments is not None and world >= MIN_WORLDS and spent >= max_segments:
