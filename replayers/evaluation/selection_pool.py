@@ -25,7 +25,7 @@ from replayers.selection.prior_costs import prior_drawn
 from replayers.selection.trial_costs import PriorCosts, TrialCosts, trial_costs
 from workbench.errors import LiosError, MalformedFile
 from workbench.evaluation.cluster import run_in_order
-from workbench.execution.events import RunStatus
+from workbench.evaluation.failed_estimator import RunWithoutBeliefs, require_beliefs
 from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
 
@@ -61,15 +61,18 @@ def pool_trials(
 
 
 def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | SkippedTask:
-    """One task driven by every strategy, each log replayed by all."""
+    """One task driven by every strategy, each log replayed by all.
+
+    Raises:
+        RunWithoutBeliefs: the estimator failed.
+    """
     try:
         trials = [trial_of(task, plan, name) for name in plan.strategies]
         with TemporaryDirectory(prefix="lios-select-") as folder:
             logs = [Path(folder) / f"{number}.mcap" for number in range(len(trials))]
             ends = [record_trial(trial, log) for trial, log in zip(trials, logs, strict=True)]
             for end in ends:
-                if end.status is RunStatus.ESTIMATOR_FAILED:  # then nobody could replay the run either
-                    return SkippedTask(task=task, reason=end.reason)
+                require_beliefs(end)
             seen: list[TrialCosts] = []
             prior: PriorCosts | None = None
             for log in logs:
@@ -83,6 +86,8 @@ def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skipp
                 ]
                 costs = trial_costs(replays, plan.strategies, limit=run.task.failure_cost)
                 seen.append(replace(costs, prior=prior))
+    except RunWithoutBeliefs:
+        raise
     except LiosError as error:
         return SkippedTask(task=task, reason=str(error))
     return PoolTrial(

@@ -23,6 +23,7 @@ from replayers.runs.run import Run, read
 from workbench.arrays import Floats
 from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.cluster import run_in_order
+from workbench.evaluation.failed_estimator import require_beliefs
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
@@ -232,6 +233,7 @@ def measure_log(task: ReplayTask, plan: MeasurementSettings, strategy: str) -> M
         truth = outcome_of(list(trial_events(trial)))
     except LiosError as error:
         return SkippedTask(task=task, reason=str(error))
+    require_beliefs(truth)
     with TemporaryDirectory(prefix="lios-replay-") as folder:
         log = Path(folder) / f"{trial.strategy}.mcap"
         record_trial(replace(trial, miss_rate=plan.miss_rate, trusts_looks=plan.trusting), log)

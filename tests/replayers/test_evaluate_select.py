@@ -151,8 +151,9 @@ def test_an_estimator_that_raises_is_told_as_it_is(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "raising_estimator.py").write_text(RAISES)
     wish = ["evaluate", "select", "--scenario", "find", "-s", "greedy,lios", "--pool", "2", "-n", "2", "-o", "out"]
-    assert lios([*wish, "--estimator", "raising_estimator:Raises"]) == 1
-    assert "boom" in capsys.readouterr().err.splitlines()[-1]
+    assert lios([*wish, "--estimator", "raising_estimator:Raises"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "boom" in line
     assert not (tmp_path / "out").exists()
 
 

@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from workbench.beliefs.belief import Estimator
+from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.beliefs.fold_weights import FoldEstimators
 from workbench.evaluation.cluster import run_in_order
@@ -204,6 +205,8 @@ def _house(
                 costs=experiment.costs,
                 item_types=items,
             )
+    except EstimatorFailed:  # then no house can be measured
+        raise
     except LiosError as error:
         return HouseResult(house=plan.name, trials=(), skipped=str(error))
     return HouseResult(house=plan.name, trials=tuple(trials))

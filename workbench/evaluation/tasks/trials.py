@@ -17,6 +17,7 @@ import numpy as np
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError
+from workbench.evaluation.failed_estimator import require_beliefs
 from workbench.evaluation.tasks.rows import TaskRow
 from workbench.execution.events import Event, PlanMade, RunEnded
 from workbench.execution.setup import set_up
@@ -182,7 +183,11 @@ def prepare_trial(
 
 def run_trial(trial: PreparedTrial, strategy: str, *, estimator: str, event_hook: EventHook | None = None) -> TaskRow:
     """Run one trial with one strategy. An error in the strategy becomes a row with status "error" and does not stop
-    other trials."""
+    other trials.
+
+    Raises:
+        RunWithoutBeliefs: the estimator failed.
+    """
     planned: list[PlanMade] = []
     ended: RunEnded | None = None
     resolved = estimator_named(estimator, origin=NameOrigin.USER)
@@ -197,6 +202,8 @@ def run_trial(trial: PreparedTrial, strategy: str, *, estimator: str, event_hook
         raise
     except Exception as error:  # noqa: BLE001  a user's strategy may raise anything; the other trials go on
         return _row(trial, strategy, resolved, planned, None, f"{type(error).__name__}: {error}")
+    if ended is not None:
+        require_beliefs(ended)
     return _row(trial, strategy, resolved, planned, ended, "no end")
 
 
