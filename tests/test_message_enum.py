@@ -79,6 +79,8 @@ TEXTS = {
     "replayers/live/ghosts.py Ghosts._rebased": "a note of a report",
     "replayers/log_tools/copy_log.py profile_of": "a value of the log's header",
     "replayers/log_tools/rewrite.py _common_profile": "a value of the log's header",
+    "replayers/selection/verdict_text.py _of_the_safest": "a part of a sentence with figures",
+    "replayers/selection/verdict_text.py _why_not_the_cheapest": "a sentence with figures",
     "workbench/beliefs/memory/history.py _change": "a cell of a table",
     "workbench/evaluation/statistics.py intervals_in_words": "a line below a table",
     "workbench/planning/strategies.py solver_in": "a part of a name",

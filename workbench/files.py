@@ -18,11 +18,35 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
+from workbench.errors import InputError
+
 MAX_FILE_NAME = 100
 """Longest file name in bytes that is made from another name, without the hash."""
 _DRAFT = re.compile(r"\..+\.\d+\.(?P<process>\d+)\.(?P<machine>[0-9a-f]{8})\.part", re.ASCII | re.DOTALL)
 _SEARCHED: set[Path] = set()
 """Folders that this process has looked through for abandoned drafts."""
+
+
+class FolderNotMade(InputError):
+    """A folder for the output cannot be made."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"{path}: this folder cannot be made: {reason}. Give another path.")
+
+
+def make_folder(path: Path) -> None:
+    """Makes a folder for what is to be written, with its parents, before any work is done for it.
+
+    Raises:
+        FolderNotMade: no right to make it, no such device, and the like.
+        FileExistsError, NotADirectoryError: a file is in its place.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise
+    except OSError as error:
+        raise FolderNotMade(path, error.strerror or str(error)) from None
 
 
 def draft_path(path: Path) -> Path:

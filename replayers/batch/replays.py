@@ -18,6 +18,7 @@ from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.counterfactual.sandbox import is_foreign, loading_fault, require_planner
 from replayers.runs.run import Run
 from workbench.errors import BadValue
+from workbench.files import make_folder
 from workbench.planning.strategies import StrategyNotLoaded
 from workbench.plugins import NameOrigin
 from workbench.remote.path import path_of
@@ -130,6 +131,7 @@ def replay(
         UnknownName: no such strategy or estimator.
         PluginNotLoaded: the estimator cannot be loaded.
         StrategyNotLoaded: none of the strategies can be loaded.
+        FolderNotMade: the folder `output` cannot be made.
     """
     settings = settings or ReplaySettings()
     _require_estimator(settings)
@@ -149,6 +151,8 @@ def replay(
     )
     if scheduler and settings.in_process:
         raise BadValue("--scheduler", scheduler, "left out with --in-process, which runs a planner in this process")
+    if request.output is not None:
+        make_folder(request.output)
     made = replay_all(files, request, workers=1 if settings.in_process else workers, scheduler=scheduler)
     outcomes = list(progress(made, len(files) * len(request.strategies)) if progress else made)
     outcomes += [LogFailed(log=str(f), strategy=name, reason=why) for f in files for name, why in not_loaded.items()]

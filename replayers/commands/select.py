@@ -42,6 +42,7 @@ def select(
         Path | None,
         Option("--figure", help="Write a PNG of standings and regret over the trials of the largest group."),
     ] = None,
+    force: Annotated[bool, Option("--force", help="Replace the file of --figure.")] = False,
     estimator: Annotated[
         str,
         Option("--estimator", help="Estimator of the beliefs; of several, separated by commas, each is a candidate."),
@@ -89,7 +90,7 @@ def select(
 
     by = group_by(group)
     if figure is not None:
-        _require_png(figure)
+        _require_png(figure, force=force)
     settings = ReplaySettings(
         estimator_origin=NameOrigin.USER,
         ask=may_ask_estimator(estimator, ask=ask),
@@ -166,15 +167,18 @@ def _answer(
         say(f"left out: {words}")
 
 
-def _require_png(figure: Path) -> None:
+def _require_png(figure: Path, *, force: bool) -> None:
     """Refuses, before anything is replayed, a place where no PNG can be written; makes its folder."""
     from workbench.errors import BadValue, WrongKind
+    from workbench.files import make_folder
 
     if figure.is_dir():
         raise WrongKind(figure, needed="file")
     if figure.suffix.lower() != ".png":
         raise BadValue("--figure", str(figure), "a file that ends in .png")
-    figure.parent.mkdir(parents=True, exist_ok=True)
+    if figure.exists() and not force:
+        raise BadValue("--figure", str(figure), "a file that is not there yet, unless --force is given")
+    make_folder(figure.parent)
 
 
 def _candidates(made: Replays, strategies: str) -> tuple[str, ...]:
@@ -220,7 +224,9 @@ def _verdict(v: SelectionVerdict) -> dict[str, Any]:
         "same": v.same,
         "by_proof": [asdict(e) for e in v.by_proof],
         "by_sequence": [asdict(e) for e in v.by_sequence],
-        "rows": [{**asdict(s), "upper": finite(s.upper)} for s in v.standings],
+        "rows": [
+            {**asdict(s), "upper": finite(s.upper), "regret_so_far": finite(s.regret_so_far)} for s in v.standings
+        ],
     }
 
 
@@ -248,14 +254,14 @@ def _tell(group: TrialGroup, verdicts: Sequence[SelectionVerdict], *, alpha: flo
 
 
 def _standing(s: StrategyStanding, last: SelectionVerdict) -> dict[str, Any]:
-    from replayers.selection.verdict_text import mean_cost, standing_words
+    from replayers.selection.verdict_text import expected_cost, mean_cost, standing_words
 
     return {
         "strategy": s.strategy,
         "driven": s.driven,
         "exact": s.exact,
         "mean cost": mean_cost(s),
-        "expected": s.expected,
+        "expected": expected_cost(s) if any(other.middles for other in last.standings) else s.expected,
         "to come": s.to_come,
         "chance best": s.chance_best,
         "standing": standing_words(s.strategy, last),

@@ -82,7 +82,9 @@ def _draw_standings(ax: Axes, verdicts: Sequence[SelectionVerdict]) -> None:
             if out.any():
                 ax.plot(at[out], one.expected[out], marker, color=colour, markersize=4, zorder=4)
                 signs[said] = Line2D([], [], color=GREY, marker=marker, markersize=4, linestyle="none", label=said)
-    middle = Line2D([], [], color=GREY, label="expected, given what was seen")
+    guessed = any(s.middles for s in verdicts[-1].standings)
+    said = "middle of the bounds, where nothing was drawn" if guessed else "expected, given what was seen"
+    middle = Line2D([], [], color=GREY, label=said)
     band = Patch(color=GREY, alpha=0.3, linewidth=0, label="from lower to upper bound")
     ax.set_ylabel("mean cost a trial, so far")
     _finish(ax, verdicts, [*lines, middle, band, *signs.values()], title=LEGEND_TITLE, columns=2)

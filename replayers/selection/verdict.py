@@ -51,6 +51,9 @@ class StrategyStanding:
         to_come: its expected mean over coming trials like these (shrinkage.py).
         exact: on how many trials its cost is certain.
         chance_best: share of resampled trials and worlds in which it is the cheapest; None without drawn worlds.
+        regret_so_far: by how much it may at most have cost more than another one, a trial, on the trials so far.
+        middles: on how many trials `expected` is but the middle of its bounds, for want of drawn worlds (the failure
+            cost where there is no upper bound).
     """
 
     strategy: str
@@ -61,6 +64,8 @@ class StrategyStanding:
     expected: float
     to_come: float
     chance_best: float | None
+    regret_so_far: float
+    middles: int
 
 
 class Settled(StrEnum):
@@ -68,7 +73,9 @@ class Settled(StrEnum):
 
     Attributes:
         BY_SEQUENCE: no, but for alpha, if they are like these.
-        BY_PROOF: no, whatever the trials to the horizon bring.
+        BY_PROOF: no, whatever the trials to the horizon bring, where every trial counts up to its failure cost and
+            none to come has a greater one than those so far. A run that succeeds may cost more than a failure is
+            charged, so that no cap holds for the costs themselves.
     """
 
     NO = ""
@@ -89,7 +96,7 @@ class SelectionVerdict:
         regret_so_far: by how much `next` may at most have cost more than another one, a trial, on the trials so far.
         regret_to_come: by how much it costs more at most in the mean of coming trials, with a probability of
             1 - alpha, where they are like these and failures count with their cost.
-        regret_to_come_unknown: the failure cost: a regret_to_come as great says nothing.
+        regret_to_come_unknown: the greatest failure cost so far: a regret_to_come as great says nothing.
         settled: whether more trials can change the answer.
         trials_to_settle: about how many more trials like these settle it by sequence; None where that cannot be
             estimated.
@@ -172,6 +179,8 @@ def _standings(trials: Sequence[TrialCosts], seed: int) -> tuple[StrategyStandin
     exact = np.sum([t.exact for t in trials], axis=0)
     chances = _chances(trials, np.random.default_rng(seed))
     driven = [sum(t.driven == name for t in trials) for name in names]
+    regret = np.sum([t.max_difference for t in trials], axis=0).max(axis=1) / len(trials)  # 0 against itself
+    middles = np.sum([np.isnan(t.estimate) & ~t.exact for t in trials], axis=0)
     return tuple(
         StrategyStanding(
             strategy=name,
@@ -182,6 +191,8 @@ def _standings(trials: Sequence[TrialCosts], seed: int) -> tuple[StrategyStandin
             expected=float(expected[k]),
             to_come=float(to_come[k]),
             chance_best=None if chances is None else float(chances[k]),
+            regret_so_far=float(regret[k]),
+            middles=int(middles[k]),
         )
         for k, name in enumerate(names)
     )

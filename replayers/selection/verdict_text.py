@@ -21,12 +21,48 @@ def summary(last: SelectionVerdict, *, alpha: float) -> str:
     if last.regret_to_come < last.regret_to_come_unknown - NEAR_COST:
         sure = f"{100 * (1 - alpha):g} % confidence"
         words += f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({sure})"
-    words += "."
-    if last.settled is not Settled.NO:
-        return f"{words} Settled {last.settled}: more trials do not change the answer."
+    words += _of_the_safest(last) + "." + _why_not_the_cheapest(last)
+    if last.settled is Settled.BY_PROOF:
+        cap = f"its failure cost (of those to come at most {last.regret_to_come_unknown:g})"
+        return (
+            f"{words} Settled by proof: with each trial counted up to {cap}, those to come do not change the answer."
+        )
+    if last.settled is Settled.BY_SEQUENCE:
+        return f"{words} Settled by sequence: more trials like these do not change the answer."
     if last.trials_to_settle is not None and last.trials_to_settle > 0:
         return f"{words} Not settled; about {last.trials_to_settle} more trials like these would settle it."
     return f"{words} Not settled; these trials do not show how many more are needed."
+
+
+def _of_the_safest(last: SelectionVerdict) -> str:
+    """Who has the least bound on its regret, where the one to drive next has none."""
+    safest = min(last.standings, key=lambda s: s.regret_so_far)
+    if last.regret_so_far < inf or safest.regret_so_far == inf:
+        return ""
+    return f"; of {safest.strategy} it is known: at most {safest.regret_so_far:.1f} a trial more than any other"
+
+
+def _why_not_the_cheapest(last: SelectionVerdict) -> str:
+    """The reason why a strategy is to be driven although another one is expected to have cost less so far."""
+    out = {e.strategy for e in last.by_proof}
+    open_ones = [s for s in last.standings if s.strategy not in out]
+    driven = next(s for s in last.standings if s.strategy == last.next)
+    best = min(open_ones, key=lambda s: s.expected, default=driven)
+    if best.expected > driven.expected - NEAR_SHOWN_COST:
+        return ""
+    words = f" On these trials {best.strategy} is expected to have cost less ({best.expected:.1f}, not "
+    words += f"{driven.expected:.1f}), "
+    if driven.to_come < best.to_come - NEAR_SHOWN_COST:
+        come = f"({driven.to_come:.1f}, not {best.to_come:.1f})"
+        return (
+            f"{words}but by what was to be expected at their starts, {last.next} costs less in trials to come {come}."
+        )
+    return f"{words}but the cost of {last.next} is less certain, so that driving it shows more."
+
+
+def expected_cost(standing: StrategyStanding) -> str:
+    """The expected mean cost; named as such where it is but the middle of the bounds."""
+    return f"{standing.expected:.2f}" + (" (middle)" if standing.middles else "")
 
 
 def standing_words(name: str, last: SelectionVerdict) -> str:

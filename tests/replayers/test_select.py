@@ -168,6 +168,33 @@ def test_a_figure_that_cannot_be_written_is_refused_before_anything_is_replayed(
     assert not list(tmp_path.iterdir())
 
 
+def test_a_figure_is_replaced_by_force_alone(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    figure = tmp_path / "x.png"
+    figure.write_bytes(b"mine")
+    wish = ["select", FINDS[0], *QUICK, "--figure", str(figure)]
+    assert lios(wish) == 2
+    assert "--force" in capsys.readouterr().err
+    assert figure.read_bytes() == b"mine"
+    assert lios([*wish, "--force"]) == 0
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("option", ["-o", "--figure"])
+def test_a_folder_that_cannot_be_made_is_bad_input(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    place = "/proc/lios" if option == "-o" else "/proc/lios/x.png"
+    assert lios(["select", FINDS[0], *QUICK, option, place]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("lios: /proc/lios: this folder cannot be made: ")
+
+
+def test_without_drawn_worlds_what_is_expected_is_named_the_middle(capsys: pytest.CaptureFixture[str]) -> None:
+    wish = ["select", FINDS[0], "-s", "pes-greedy,lios"]
+    assert lios([*wish, "--worlds", "0"]) == 0
+    assert "(middle)" in capsys.readouterr().out
+    assert lios([*wish, "--worlds", "5"]) == 0
+    assert "(middle)" not in capsys.readouterr().out
+
+
 def test_a_copy_under_another_name_is_no_further_trial(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     copy(FINDS[0], tmp_path / "again.mcap")
     answer = selected(capsys, FINDS[0], str(tmp_path / "again.mcap"))
