@@ -299,7 +299,7 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except LiosError as error:
         if debug:
             raise
-        say(f"lios: {error}")
+        say(f"lios: {' '.join(str(error).splitlines())}")  # a name in a file may hold line breaks
         return error.exit_code
     except OSError as error:
         if debug:

@@ -100,7 +100,7 @@ class RobotSensors:
             if data is not None:
                 try:
                     return msgspec.json.decode(data, type=SessionStatus)
-                except msgspec.MsgspecError:
+                except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
                     return None
         return None
 

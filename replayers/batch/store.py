@@ -254,7 +254,7 @@ def read_replay(path: Path) -> StoredReplay:
         return msgspec.convert(_with_infinities(msgspec.json.decode(data)), StoredReplay)
     except FileNotFoundError:
         raise FileMissing(path) from None
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise MalformedFile(
             path, f"this is not a stored replay ({error})", "Make it again: lios replay -o DIR"
         ) from error
@@ -265,7 +265,7 @@ def log_replayed(replay: Path) -> Path | None:
     for path in sorted(replay.parent.glob(f"*{SUFFIX}")):  # one folder holds the replays over one log
         try:
             return Path(msgspec.json.decode(path.read_bytes(), type=_OfLog).log)
-        except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
+        except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
             continue
     return None
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import shlex
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 from console_blocks import ROOT
 
 from workbench import cli
+from workbench.worlds.sites.site import shipped_sites
 
 LOG = ROOT / "logs" / "find-lios.mcap"
 WRONG = (
@@ -121,6 +123,42 @@ def test_a_folder_without_an_evaluation_says_how_to_make_one(
 ) -> None:
     assert cli.run(["report", str(tmp_path)]) == 2
     assert "lios evaluate tasks" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def evaluation(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("kept") / "evaluation"
+    line = f"evaluate tasks --scenarios deliver-3 -n 1 --strategies opt-greedy -o {folder}"
+    assert cli.run(shlex.split(line)) == 0
+    return folder
+
+
+@pytest.mark.parametrize("content", [b'{"name": "\xc7"}', b"[" * 100_000, b'{"nobody": ' + b"[" * 100_000])
+@pytest.mark.parametrize("file", ["settings.json", "trials.jsonl"])
+def test_kept_results_that_are_no_text_or_nest_for_ever(
+    file: str, content: bytes, evaluation: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "evaluation"
+    copytree(evaluation, folder)
+    (folder / file).write_bytes(content + b"\n")
+    for line in (
+        f"report {folder}",
+        f"evaluate tasks --scenarios deliver-3 -n 2 --strategies opt-greedy -o {folder}",
+    ):
+        assert cli.run(shlex.split(line)) == 2
+        told = capsys.readouterr().err
+        assert told.startswith(f"lios: {folder / file}")
+        assert len(told.splitlines()) == 1
+
+
+def test_a_name_with_a_line_break_stays_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copytree(shipped_sites()["paper_home"].parent, tmp_path / "home")
+    with (tmp_path / "home" / "site.yaml").open("a") as site:
+        site.write('\ntravel: {locations: ["start", "a\\nb"], metres: [[0, 1], [1, 0]]}\n')
+    assert cli.run(["site", "check", str(tmp_path / "home" / "site.yaml")]) == 2
+    told = capsys.readouterr().err
+    assert "travel names a b" in told
+    assert len(told.splitlines()) == 1
 
 
 def test_ranges_stay_in_the_help(capsys: pytest.CaptureFixture[str]) -> None:

@@ -192,7 +192,7 @@ def _json(message: Message, change: PictureChange) -> bytes | None:
     try:
         decoded = msgspec.json.decode(message.data, type=dict[str, Any])
         data = base64.b64decode(decoded["data"], validate=True)
-    except (msgspec.DecodeError, KeyError, TypeError, binascii.Error) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, KeyError, TypeError, binascii.Error) as error:
         raise Unreadable from error
     changed = change(data, message)
     if changed is None:

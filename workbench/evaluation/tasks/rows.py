@@ -61,7 +61,7 @@ def read_rows(path: Path, *, torn_is_fine: bool = False) -> list[TaskRow]:
             continue
         try:
             row = msgspec.json.decode(line, type=TaskRow)
-        except msgspec.MsgspecError as error:
+        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
             if torn_is_fine and number == len(lines) - 1:
                 continue
             raise MalformedFile(f"{path}:{number + 1}", f"no trial: {error}", "Remove the line") from error

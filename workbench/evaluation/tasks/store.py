@@ -118,5 +118,5 @@ def _same_request(folder: Path, theirs: TaskRequest, ours: TaskRequest) -> None:
 def read_request(path: Path) -> TaskRequest:
     try:
         return msgspec.json.decode(path.read_bytes(), type=TaskRequest)
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise MalformedFile(path, f"not the settings of an evaluation: {error}", "Give another folder") from error

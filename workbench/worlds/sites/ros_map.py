@@ -8,8 +8,9 @@ space.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar, cast
 
 import msgspec
 import numpy as np
@@ -118,10 +119,22 @@ def read_yaml(path: Path, kind: type[T]) -> T:
     if path.stat().st_size > MAX_YAML_BYTES:
         raise MalformedFile(path, f"larger than {MAX_YAML_BYTES} bytes", "Give a survey file, not a data file")
     try:
-        return msgspec.yaml.decode(path.read_bytes(), type=kind)
+        text = path.read_bytes()
+        if b"nan" in text.lower() and _holds_nan(msgspec.yaml.decode(text)):
+            raise MalformedFile(path, "a number is .nan", "Write it out, or leave the field away")
+        return msgspec.yaml.decode(text, type=kind)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError, ValueError) as error:
         reason = " ".join(str(error).split())[:300].rstrip(".")
         raise MalformedFile(path, reason, "Compare it with docs/spot.md") from error
+
+
+def _holds_nan(part: Any) -> bool:
+    """Whether a number somewhere is not a number: no limit of a schema refuses one."""
+    if isinstance(part, dict):
+        return any(map(_holds_nan, cast("dict[Any, Any]", part).values()))
+    if isinstance(part, list):
+        return any(map(_holds_nan, cast("list[Any]", part)))
+    return isinstance(part, float) and isnan(part)
 
 
 def _mode(path: Path, written: str) -> MapMode:

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from workbench.errors import MalformedFile
-from workbench.worlds.geometry import Point
+from workbench.worlds.geometry import MAX_COORDINATE_M
 from workbench.worlds.house_yaml import is_house
 from workbench.worlds.sites.ros_map import MAX_YAML_BYTES, read_yaml
 
@@ -22,7 +22,8 @@ ROBOT_TAG_M = 0.146
 Metres = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=120)]
 Chance = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
-Coordinate = Annotated[float, msgspec.Meta(ge=-10_000.0, le=10_000.0)]
+Coordinate = Annotated[float, msgspec.Meta(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
+Corner = tuple[Coordinate, Coordinate]
 
 
 class PoseEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -34,19 +35,19 @@ class PoseEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 class RoomEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     id: Name
     kind: Name
-    floor: Annotated[tuple[Point, ...], msgspec.Meta(min_length=3)]
+    floor: Annotated[tuple[Corner, ...], msgspec.Meta(min_length=3)]
 
 
 class WallEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    start: Point
-    end: Point
+    start: Corner
+    end: Corner
     height_m: Metres = 2.5
     room: str | None = None
 
 
 class DoorEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    start: Point
-    end: Point
+    start: Corner
+    end: Corner
     rooms: tuple[str, ...] = ()
     passable: bool = True
 
