@@ -44,6 +44,7 @@ WRONG = (
     "evaluate replay --strategies nope,lios",
     "evaluate perception nowhere.mcap",
     "evaluate perception logs --by colour",
+    "evaluate perception noise",
     "evaluate replay --strategies lios",
     "evaluate replay --scenarios nope",
     "evaluate spot --strategies ''",

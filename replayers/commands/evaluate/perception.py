@@ -62,6 +62,9 @@ def perception(
     skipped: list[str] = []
     for log in progress(files, title="reading"):
         found += _trials_of(log, planted or [], skipped, checked=checked, with_truth=with_truth)
+    if not found and skipped:
+        others = f" (and {len(skipped) - 1} more that cannot be judged)" if len(skipped) > 1 else ""
+        raise Unsupported(f"{skipped[0]}{others}")
     kept, copies = each_once(found)
     rates = detection_rates([trial for one in kept for trial in one.trials])
     for why in skipped:
