@@ -44,11 +44,20 @@ def times(x):
 """
 CALLING = """
 import called
+from called import times
 from workbench.third_party.kernels import kernel
 
-@kernel(beside=(called,))
+@kernel()
 def multiplied(x):
+    return twice(x) + inner(x)
+
+@kernel()
+def twice(x):
     return called.times(x)
+
+@kernel()
+def inner(x):
+    return times(x)
 
 print(multiplied(21.0), sum(multiplied.stats.cache_hits.values()))
 """
@@ -62,6 +71,6 @@ def test_what_calls_a_function_that_has_changed_is_made_again(
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     (tmp_path / "doubling.py").write_text(CALLING)
     (tmp_path / "called.py").write_text(CALLED.format(factor=2.0))
-    assert [told(tmp_path), told(tmp_path)] == [["42.0", "0"], ["42.0", "1"]]
+    assert [told(tmp_path), told(tmp_path)] == [["84.0", "0"], ["84.0", "1"]]
     (tmp_path / "called.py").write_text(CALLED.format(factor=10.0))
-    assert told(tmp_path) == ["210.0", "0"]
+    assert told(tmp_path) == ["420.0", "0"]

@@ -45,34 +45,3 @@ def test_a_function_from_disk_is_linked_with_one_that_is_compiled_later(
 def _printed(folder: Path, *arguments: str) -> list[str]:
     command = [sys.executable, str(folder / "doubling.py"), *arguments]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout.split()
-
-
-OUTER = """
-import halves
-from workbench.third_party.kernels import kernel
-
-@kernel(beside=(halves,))
-def quarter(x):
-    return halves.half(halves.half(x))
-
-print(quarter(8.0), sum(quarter.stats.cache_hits.values()))
-"""
-HALVES = """
-from workbench.third_party.kernels import kernel
-
-@kernel()
-def half(x):
-    return x / {}
-"""
-
-
-def test_a_function_is_compiled_anew_where_one_that_it_calls_has_changed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    (tmp_path / "doubling.py").write_text(OUTER)
-    (tmp_path / "halves.py").write_text(HALVES.format("2.0"))
-    assert _printed(tmp_path) == ["2.0", "0"]
-    assert _printed(tmp_path) == ["2.0", "1"]
-    (tmp_path / "halves.py").write_text(HALVES.format("4.0 + 0"))
-    assert _printed(tmp_path) == ["0.5", "0"]

@@ -19,7 +19,7 @@ where it was tried; elsewhere numba loads its functions as usual.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from types import ModuleType
 from typing import Any, TypeVar, cast
@@ -35,14 +35,12 @@ TRIED_VERSIONS = ("0.68.1",)
 """Of numba, on Linux on x86-64; what is used of it here is not part of its interface."""
 
 
-def kernel(
-    *, beside: tuple[ModuleType, ...] = (), borrows: bool = False, **options: Any
-) -> Callable[[Function], Function]:
+def kernel(*, borrows: bool = False, **options: Any) -> Callable[[Function], Function]:
     """A decorator that compiles a function, keeps its machine code on disk, and releases the GIL in calls.
 
+    It is compiled anew where its file, or that of a kernel which it calls, has changed.
+
     Args:
-        beside: other modules whose kernels it calls: it is compiled anew where one of them has changed, as numba does
-            by itself where the function's own file has.
         borrows: it makes no arrays and returns none, so that the references to those that it is given need not be
             counted. Counting takes most of the time of a short function that takes arrays out of a named tuple.
         options: of numba.njit besides.
@@ -52,7 +50,7 @@ def kernel(
         uncounted = {"_nrt": False} if borrows else {}
         made = cast(Any, numba.njit(cache=True, nogil=True, **uncounted, **options)(function))
         if hasattr(made, "_cache"):  # it has none where compiling is switched off
-            made._cache = (_LoadedFirst if is_tried() else _StampedCache)(function, beside)
+            made._cache = (_LoadedFirst if is_tried() else _StampedCache)(function)
         return made
 
     return compiled
@@ -116,16 +114,54 @@ def _no_code() -> bytes:
 
 
 class _StampedCache(caching.FunctionCache):
-    """A function's cache on disk, stale where its file or one of the modules beside it has changed."""
+    """A function's cache on disk, stale where its file or that of a kernel which it calls has changed.
 
-    def __init__(self, function: Callable[..., Any], beside: tuple[ModuleType, ...]) -> None:
+    numba itself looks at the function's own file only. Which kernels a function calls is known once its module is
+    loaded, so the file on disk is opened when it is first needed.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function, self._opened = function, None
         super().__init__(function)
-        if beside:
-            files = [os.stat(str(module.__file__)) for module in beside]
-            stamp = self._impl.locator.get_source_stamp(), *((file.st_mtime, file.st_size) for file in files)
-            self._cache_file = caching.IndexDataCacheFile(
-                cache_path=self._cache_path, filename_base=self._impl.filename_base, source_stamp=stamp
+
+    @property
+    def _cache_file(self) -> Any:
+        if self._opened is None:
+            files = sorted(_files_of_called(self._function) - {self._function.__code__.co_filename})
+            stamps = [(file, os.stat(file).st_mtime, os.stat(file).st_size) for file in files]
+            self._opened = caching.IndexDataCacheFile(
+                cache_path=self._cache_path,
+                filename_base=self._impl.filename_base,
+                source_stamp=(*self._impl.locator.get_source_stamp(), *stamps),
             )
+        return self._opened
+
+    @_cache_file.setter
+    def _cache_file(self, opened: Any) -> None:
+        """numba sets one that knows the function's own file only."""
+
+
+def _files_of_called(function: Callable[..., Any]) -> set[str]:
+    """The files of all kernels that a function calls, and that those call."""
+    files, seen, waiting = set[str](), set[Callable[..., Any]](), [function]
+    while waiting:
+        one = waiting.pop()
+        for called in _kernels_named_in(one):
+            if called not in seen:
+                seen.add(called)
+                waiting.append(called)
+                files.add(called.__code__.co_filename)
+    return files
+
+
+def _kernels_named_in(function: Callable[..., Any]) -> Iterator[Callable[..., Any]]:
+    """The functions behind the kernels that a function's code names, alone or as members of a module."""
+    names, there = function.__code__.co_names, function.__globals__
+    for found in [there.get(name) for name in names]:
+        members = [getattr(found, name, None) for name in names] if isinstance(found, ModuleType) else [found]
+        for member in members:
+            if hasattr(member, "py_func"):
+                yield cast(Any, member).py_func
 
 
 class _LoadedFirst(_StampedCache):

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from replayers.counterfactual.bounds import max_assignment as assignments
 from replayers.counterfactual.bounds.max_assignment import max_assignment
 from workbench.arrays import Floats, Ints
 from workbench.third_party.kernels import kernel
@@ -33,7 +32,7 @@ class LongestLegs(NamedTuple):
     fetched: Floats
 
 
-@kernel(beside=(assignments,))
+@kernel()
 def longest_legs(
     metres: Floats, here: int, looks: Ints, ends: Ints, sites: Ints, first: Ints, fetches: int, with_stood: bool
 ) -> LongestLegs:

@@ -21,7 +21,6 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.arrays import Ints
-from workbench.planning.builtin import errand_moves, lower_bounds, search_queue
 from workbench.planning.builtin.errand_moves import moves_from
 from workbench.planning.builtin.lower_bounds import heuristic
 from workbench.planning.builtin.search_interface import (
@@ -38,7 +37,6 @@ from workbench.planning.builtin.search_interface import (
 from workbench.planning.builtin.search_queue import (
     INF,
     compiled,
-    compiled_beside,
     grown_table,
     pop,
     push,
@@ -120,7 +118,7 @@ def _code(robot, hand, done, pos, n_loc, base):
     return code
 
 
-@compiled_beside(errand_moves, lower_bounds, search_queue)
+@compiled
 def search_states(
     d, fetch, least, potential, standing, end, in_hand, op_slot, op_where, op_after, link, n_ops, c,
     robot0, hand0, g0, bound, max_nodes, first, staging, weight,

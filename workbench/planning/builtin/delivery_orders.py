@@ -10,18 +10,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.planning.builtin import astar, errand_moves, find_routes, lower_bounds, search_queue
 from workbench.planning.builtin.astar import search_states
+from workbench.planning.builtin.find_routes import find_routes
 from workbench.planning.builtin.lower_bounds import errand_costs
 from workbench.planning.builtin.search_interface import NO_PLAN
-from workbench.planning.builtin.search_queue import INF, compiled, compiled_beside
+from workbench.planning.builtin.search_queue import INF, compiled
 from workbench.tolerances import MIN_SCALE, RELATIVE
 
 MAX_POTENTIALS = 3
 """Number of places whose distances serve as potentials of the heuristic."""
 
 
-@compiled_beside(astar, errand_moves, find_routes, lower_bounds, search_queue)
+@compiled
 def cheapest_delivery(
     metres, rows, tables, at, find, end, in_hand, operations, here, c, orders, clearly, max_nodes
 ):  # fmt: skip
@@ -53,7 +53,7 @@ def cheapest_delivery(
     for a in range(n):
         for b in range(n):
             d[a, b] = metres[rows[a], rows[b]]
-    routes = find_routes.find_routes(tables, d)
+    routes = find_routes(tables, d)
     potential = _potentials(d, end)
     fetch, least, standing = errand_costs(at, find, routes.metres, d, potential, c)
     row, cost, second = _two_cheapest(fetch, end, here, c, orders)

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -18,11 +16,6 @@ INF = np.inf
 def compiled(function: Any) -> Any:
     """The function compiled by numba, kept on disk; it releases the GIL."""
     return kernel()(function)
-
-
-def compiled_beside(*modules: ModuleType) -> Callable[[Any], Any]:
-    """As `compiled`, and anew where one of these modules, whose kernels it calls, has changed."""
-    return kernel(beside=modules)
 
 
 @compiled

@@ -12,7 +12,6 @@ from math import sqrt
 import numpy as np
 
 from workbench.arrays import Bools, Floats, Ints, Uints8
-from workbench.planning.rollouts import kernels
 from workbench.planning.rollouts.delivery_state import DeliveryState
 from workbench.planning.rollouts.kernels import NONE, fill_costs, scratch, slack
 from workbench.third_party.kernels import kernel
@@ -25,7 +24,7 @@ NEGLIGIBLE_DETOUR_M = 0.5
 """Detours shorter than this many metres count as zero when looks are ranked."""
 
 
-@kernel(beside=(kernels,))
+@kernel()
 def best_first_step(own: int, looks: int, here: DeliveryState, even: Floats, uniform: Floats) -> tuple[int, int]:
     """The first step of least mean cost over sampled worlds; of equal ones the earlier.
 
