@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     from replayers.counterfactual.prepared_log import ReplaySettings
 
+NO_LOOK = "no look would change what is known of these strategies"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookValue:
@@ -180,7 +182,7 @@ def shared_looks(found: Iterable[tuple[Path, str, tuple[LookValue, ...]]]) -> tu
 
 def _words(look: LookValue) -> str:
     if look.doubt <= NEAR_COST and look.narrows <= NEAR_COST:
-        return "no look would change what is known of these strategies"
+        return NO_LOOK
     again = "it was looked into, and may hold more: look again; " if look.again else ""
     return (
         f"{again}expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons "

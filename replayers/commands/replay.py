@@ -178,6 +178,10 @@ def replay(
         emit_json(answer)
     else:
         _show(rows, next_look, several=len({o.log for o in outcomes}) > 1)
+        if next_look == []:
+            none_left = "no strategy looks into a container that was left unopened, or no worlds could be drawn"
+            undrawn = "what a look would show is judged by drawn worlds, and --worlds is 0"
+            say(f"no look is advised: {none_left if worlds else undrawn}")
     for failure in failed:
         if failure.reason.startswith(failure.log):
             say(failure.reason)
@@ -286,9 +290,12 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
     stopped = (f"{row['strategy']}: {row['reason']}" for row in rows if row["status"] not in SHOWN_ELSEWHERE)
     for words in dict.fromkeys(stopped):
         say(words)
-    if next_look is not None:
+    if next_look:
+        from replayers.batch.next_look import NO_LOOK
+
         for look in next_look[:3]:
-            emit_text(f"{Path(look['log']).name}: look into {look['container']}: {look['words']}")
+            advice = "" if look["words"] == NO_LOOK else f"look into {look['container']}: "
+            emit_text(f"{Path(look['log']).name}: {advice}{look['words']}")
 
 
 def _interval(row: dict[str, Any]) -> str | None:

@@ -45,6 +45,9 @@ WRONG = (
     "evaluate perception nowhere.mcap",
     "evaluate perception logs --by colour",
     "evaluate perception noise",
+    "log convert LOG -o run.jsonl --compression none",
+    "log convert LOG -o run.jsonl --chunk-size 1000",
+    "new planner class",
     "evaluate replay --strategies lios",
     "evaluate replay --scenarios nope",
     "evaluate spot --strategies ''",
@@ -160,6 +163,21 @@ def test_a_name_with_a_line_break_stays_in_one_line(tmp_path: Path, capsys: pyte
     told = capsys.readouterr().err
     assert "travel names a b" in told
     assert len(told.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ("-s greedy,lios --worlds 0", "no look is advised: what a look would show is judged by drawn worlds"),
+        ("-s lios --worlds 5", "no look is advised: no strategy looks into a container that was left unopened"),
+        ("-s greedy --worlds 5", "find-lios.mcap: no look would change what is known of these strategies"),
+    ],
+)
+def test_where_no_look_helps_none_is_named(options: str, why: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["replay", str(LOG), "--look-next", *options.split()]) == 0
+    said = capsys.readouterr()
+    assert why in said.out + said.err
+    assert "look into" not in said.out
 
 
 def test_ranges_stay_in_the_help(capsys: pytest.CaptureFixture[str]) -> None:

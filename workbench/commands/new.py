@@ -142,7 +142,9 @@ def _words(name: str) -> tuple[str, ...]:
 
     words = tuple(word.lower() for word in re.split(r"[-_]", name))
     module = "_".join(words)
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9]*([-_][A-Za-z0-9]+)*", name) or keyword.iskeyword(module):
+    if keyword.iskeyword(module):
+        raise BadValue("NAME", name, f"another one: {module} is a keyword of Python")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9]*([-_][A-Za-z0-9]+)*", name):
         raise BadValue("NAME", name, "letters, digits and hyphens, beginning with a letter, such as rooms-first")
     if installed_module(module) is not None:
         raise BadValue("NAME", name, f"another one: Python has a module {module} already")

@@ -212,6 +212,9 @@ def convert(
     from replayers.log_tools.rewrite import MessageFilter, filtered
 
     if output.suffix == ".jsonl":
+        if chunk_size is not None or compression != "zstd":
+            option, value = ("--compression", compression) if compression != "zstd" else ("--chunk-size", chunk_size)
+            raise BadValue(option, value, "left out for .jsonl, which has neither chunks nor compression")
         _report(to_lines(log, output, force=force, progress=bar("convert")), as_json)
     elif output.suffix == ".mcap":
         _report(
