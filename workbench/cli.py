@@ -11,6 +11,7 @@ import os
 import sys
 from contextlib import ExitStack
 from difflib import get_close_matches
+from errno import EROFS
 from functools import cached_property
 from importlib.metadata import EntryPoint, PackageNotFoundError, distribution, entry_points
 from pathlib import Path
@@ -306,7 +307,7 @@ def run(args: list[str], *, debug: bool = False) -> int:
             raise
         wrong = _path_kind_error(error)
         say(f"lios: {wrong}" if wrong else _os_error_line(error))
-        return wrong.exit_code if wrong else 1
+        return wrong.exit_code if wrong else 2 if _is_bad_path(error) else 1
     except KeyboardInterrupt:
         say("Stopped.")
         return 1
@@ -328,6 +329,12 @@ def _path_kind_error(error: OSError) -> WrongKind | None:
     if isinstance(error, FileExistsError | NotADirectoryError):
         return WrongKind(_blocking_file(error.filename), needed="folder")
     return None
+
+
+def _is_bad_path(error: OSError) -> bool:
+    """Whether a path cannot be used at all, as against a full disk."""
+    refused = isinstance(error, FileNotFoundError | PermissionError) or error.errno == EROFS
+    return refused and error.filename is not None
 
 
 def _blocking_file(path: str | bytes) -> Path:
