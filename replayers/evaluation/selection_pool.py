@@ -25,7 +25,7 @@ from replayers.selection.prior_costs import prior_drawn
 from replayers.selection.trial_costs import PriorCosts, TrialCosts, trial_costs
 from workbench.errors import LiosError, MalformedFile
 from workbench.evaluation.cluster import run_in_order
-from workbench.evaluation.failed_estimator import RunWithoutBeliefs, require_beliefs
+from workbench.evaluation.failed_estimator import ESTIMATOR_FAULTS, require_beliefs
 from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
 
@@ -86,7 +86,7 @@ def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skipp
                 ]
                 costs = trial_costs(replays, plan.strategies, limit=run.task.failure_cost)
                 seen.append(replace(costs, prior=prior))
-    except RunWithoutBeliefs:
+    except ESTIMATOR_FAULTS:
         raise
     except LiosError as error:
         return SkippedTask(task=task, reason=str(error))

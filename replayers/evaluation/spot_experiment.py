@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from replayers.counterfactual.estimates.intervals import finite
+from workbench.evaluation.failed_estimator import require_beliefs
 from workbench.evaluation.tasks.experiment import PAPER_STRATEGIES
-from workbench.execution.events import RunEnded
 from workbench.log_schema.events import ActionFinished
 from workbench.log_schema.tags_in_passing_json import tags_from_settings
 from workbench.planning.tasks import Task
@@ -228,7 +228,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
                 state.missed_tags = MissedTags(rate=experiment.miss_rate, seed=experiment.seed)
         report = run_and_record(connection, run, log, operator=AgreeingOperator(), force=experiment.force)
     paper = configuration.paper.get(strategy)
-    ended: RunEnded = report.ended
+    ended = require_beliefs(report.ended)
     return SpotRow(
         configuration=configuration.name,
         strategy=strategy,

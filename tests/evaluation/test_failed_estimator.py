@@ -42,6 +42,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("words", [
     "tasks -s conditioned-lios -n 1 --scenarios deliver-2",
     "search --policies conditioned-lios",
+    "tasks --memory -s conditioned-lios -n 2 --scenarios find",
+    "search --memory --policies conditioned-lios",
     "replay --scenarios find -n 1 -s greedy,lios",
     "select -s greedy,lios -n 2 --pool 2 --scenario find --seeds 2 --proofs 2",
 ])  # fmt: skip
@@ -63,3 +65,13 @@ def test_what_was_measured_before_is_kept(folder: Path, capsys: pytest.CaptureFi
     kept = [json.loads(line) for path in (folder / "out").glob("*.jsonl") for line in path.read_text().splitlines()]
     assert any(row.get("status") == "done" for row in kept)
     assert not any(row.get("status") == "estimator-failed" for row in kept)
+
+
+@pytest.mark.slow
+def test_the_simulated_spot_ends_so_too_and_its_log_stays(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wish = ["evaluate", "spot", "-c", "A", "-s", "conditioned-lios", "-o", "out", "--images-hz", "0", "--json"]
+    assert lios([*wish, "--estimator", "failing_estimators:Raises"]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.splitlines()[-1].startswith("lios: estimator 'raises@1': it raised RuntimeError")
+    assert list((folder / "out").glob("*.mcap"))

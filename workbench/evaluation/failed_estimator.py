@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.errors import Unsupported
 from workbench.execution.events import RunEnded, RunStatus
 
 
 class RunWithoutBeliefs(Unsupported):
     """The estimator of a run gave no belief; the message is the estimator's own."""
+
+
+ESTIMATOR_FAULTS = (EstimatorFailed, RunWithoutBeliefs)
+"""What ends an evaluation where other errors of a house or a trial only skip it."""
 
 
 def require_beliefs(ended: RunEnded) -> RunEnded:

@@ -12,6 +12,7 @@ from workbench.beliefs.memory.memory import Memory, PastLook, remember
 from workbench.beliefs.memory.memory_estimator import MemoryEstimator
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
 from workbench.errors import LiosError
+from workbench.evaluation.failed_estimator import ESTIMATOR_FAULTS
 from workbench.evaluation.memory.conditions import CONDITIONS, EARLIER_RUNS, HOUR_NS, MemoryCondition, MemoryCost
 from workbench.evaluation.moved_house import moved_house
 from workbench.evaluation.search.trials import ORACLE, Beliefs, queries, search_trial
@@ -63,6 +64,8 @@ def remembered_searches(houses: Iterable[House], settings: MemorySearches) -> It
             continue
         try:
             costs = tuple(_in_house(house, settings, index))
+        except ESTIMATOR_FAULTS:
+            raise
         except LiosError as error:
             yield MemoryHouse(house=house.plan.name, costs=(), skipped=str(error))
         else:

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.beliefs.memory.memory import Memory, PastLook, remember
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
 from workbench.errors import LiosError
+from workbench.evaluation.failed_estimator import ESTIMATOR_FAULTS
 from workbench.evaluation.memory.conditions import CONDITIONS, EARLIER_RUNS, HOUR_NS, MemoryCondition, MemoryCost
 from workbench.evaluation.moved_house import moved_house
 from workbench.evaluation.tasks.trials import TrialKey, house_of
@@ -57,6 +58,8 @@ def remembered_tasks(keys: Sequence[TrialKey], settings: MemoryTasks) -> Iterato
         house, navigation = house_of(key.houses, key.house_index, settings.assets)
         try:
             costs = tuple(_trial(key, house, navigation, settings))
+        except ESTIMATOR_FAULTS:
+            raise
         except LiosError as error:
             yield MemoryTrial(house=house.plan.name, costs=(), skipped=str(error))
         else:

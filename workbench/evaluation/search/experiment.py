@@ -13,10 +13,10 @@ from typing import TypeAlias
 import numpy as np
 
 from workbench.beliefs.belief import Estimator
-from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.beliefs.fold_weights import FoldEstimators
 from workbench.evaluation.cluster import run_in_order
+from workbench.evaluation.failed_estimator import ESTIMATOR_FAULTS
 from workbench.evaluation.search.missed_looks import START_OVER, MissedLooks, draw_of, search_with_misses
 from workbench.evaluation.search.table import GREEDY
 from workbench.evaluation.search.trials import (
@@ -205,7 +205,7 @@ def _house(
                 costs=experiment.costs,
                 item_types=items,
             )
-    except EstimatorFailed:  # then no house can be measured
+    except ESTIMATOR_FAULTS:
         raise
     except LiosError as error:
         return HouseResult(house=plan.name, trials=(), skipped=str(error))

@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, LiosError
+from workbench.evaluation.failed_estimator import ESTIMATOR_FAULTS
 from workbench.evaluation.search.missed_looks import MissedLooks, draw_of, search_with_misses
 from workbench.evaluation.search.seen_in_passing import Seeing, search_with_sight
 from workbench.evaluation.search.trials import (
@@ -116,6 +117,8 @@ def searches_with_sight(houses: Iterable[House], settings: SightSearches) -> Ite
             continue
         try:
             costs = tuple(_in_house(house, settings))
+        except ESTIMATOR_FAULTS:
+            raise
         except LiosError as error:
             yield SightHouse(house=house.plan.name, costs=(), skipped=str(error))
         else:
