@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Checks certificates of a strategy's cost over a log: python check_claim.py CLAIM.lios.zip... LOG.mcap...
 
-Standard library and `mcap` only. Checked: every step can be done and costs what the log says; a look's answers are
-all that a world which agrees with it can give; the ends are least and greatest. Not checked: the strategy's choices.
+Standard library and `mcap` only. Checked: each step can be done and costs what the log says; a look has all answers
+that agree with it; the ends are least and greatest. Not checked: the strategy's choices (docs/certificates.md).
 """
 
 import hashlib
@@ -21,7 +21,7 @@ except ImportError as error:
     print(f"logs cannot be read without the Python package mcap ({error}): pip install mcap", file=sys.stderr)
     sys.exit(2)
 
-VERSION, NEAR, MAX_BYTES, MAX_ANSWERS, MAX_PAIRS = 1, 1e-6, 256_000_000, 64, 1_000_000
+VERSION, NEAR, MAX_BYTES, MAX_ANSWERS, MAX_PAIRS = 2, 1e-6, 256_000_000, 64, 1_000_000
 
 
 class Refused(Exception):
@@ -37,9 +37,7 @@ def same(a, b):
     return type(a) in (int, float) and type(b) in (int, float) and abs(a - b) <= NEAR
 
 
-class Log:
-    """The facts of a log: the map, the costs, the task, and what each opened container held at the start."""
-
+class Log:  # the facts of a log: the map, the costs, the task, and what each opened container held at the start
     def __init__(self, path):
         with open(path, "rb") as stream:
             self.sha256 = hashlib.sha256(stream.read()).hexdigest()
@@ -55,38 +53,29 @@ class Log:
         travel, self.goal, self.failure = place["travel"], self.task["goal"], self.task["failure_cost"]
         self.index = {name: i for i, name in enumerate(travel["locations"])}
         self.metres, self.symmetric = travel["metres"], travel.get("symmetric", False)  # symmetric: the lower half
-        actions, one_end = heard["/search/action"], len(heard["/search/outcome"]) == 1
-        whole = sorted(a["index"] for a in actions) == [*range(1, len(actions) + 1)] and all(
-            a["success"] for a in actions
-        )
-        need(whole and one_end, "the log is not whole, or shows refused actions")
+        actions, end = heard["/search/action"], len(heard["/search/outcome"]) == 1
+        whole = end and sorted(a["index"] for a in actions) == [*range(1, len(actions) + 1)]
+        need(whole and all(a["success"] for a in actions), "the log is not whole, or shows refused actions")
         looks = sorted(heard["/search/observation"], key=lambda o: (o["at"], o["decision"]))
         containers = [c["id"] for c in place["plan"]["containers"]]
-        self.contents = contents_at_start(looks, actions, containers)
+        home, self.contents, moved = {}, {}, [a for a in actions if a["action"] in ("pick", "place")]
+        handled = {item: a["at"] for a in sorted(moved, key=lambda a: -a["at"]) for item in a["items"]}
+        for look in looks:
+            container, found = look["container"], {}
+            need(container in containers, f"the log shows {container}, which its map does not have")
+            need(look.get("support", "") != "imputed", "the log is of an imagined world")
+            for item in look["items"]:
+                carried = handled.get(item["id"], inf) <= look["at"]
+                if home.setdefault(item["id"], "" if carried else container) == container:
+                    found[item["id"]] = item["type"]
+            self.contents.setdefault(container, {}).update(found)  # what a later look shows, an earlier one missed
         self.known = {o["container"] for o in looks if o["known_at_start"]}
         self.open = {c for c in containers if c not in self.contents and c in self.index}
         self.hidden = any(c not in self.contents and c not in self.open for c in containers)
         self.seen = {t for items in self.contents.values() for t in items.values()}
 
 
-def contents_at_start(looks, actions, containers):
-    """Per opened container, what stood there before the robot moved anything: id to type. Any look may show it."""
-    home, contents, moved = {}, {}, [a for a in actions if a["action"] in ("pick", "place")]
-    handled = {item: a["at"] for a in sorted(moved, key=lambda a: -a["at"]) for item in a["items"]}
-    for look in looks:
-        container, found = look["container"], {}
-        need(container in containers, f"the log shows {container}, which its map does not have")
-        need(look.get("support", "") != "imputed", "the log is of an imagined world")
-        for item in look["items"]:
-            carried = handled.get(item["id"], inf) <= look["at"]
-            if home.setdefault(item["id"], "" if carried else container) == container:
-                found[item["id"]] = item["type"]
-        contents.setdefault(container, {}).update(found)  # what a later look shows, an earlier one missed
-    return contents
-
-
-def ways(goal):
-    """The lists of single wants that each meet a goal."""
+def ways(goal):  # the lists of single wants that each meet a goal
     if goal["goal"] == "any-of":
         return [way for part in goal["parts"] for way in ways(part)]
     if goal["goal"] == "all-of":
@@ -95,11 +84,10 @@ def ways(goal):
     return [[goal]]
 
 
-class State:
-    """Where the robot is, what it holds, where the items that it knows of stand, and what it opened."""
-
+class State:  # where the robot is, what it holds, where the items that it knows of stand, and what it opened
     def __init__(self, log):
-        self.at, self.held, self.spent, self.world, self.opened = "start", None, 0.0, {}, set(log.known)
+        self.at, self.held, self.spent, self.found, self.world = "start", None, 0.0, set(), {}
+        self.opened = set(log.known)
         self.items = {i: (t, c) for c in log.known for i, t in log.contents[c].items()}
 
     def met(self, ways):
@@ -107,15 +95,14 @@ class State:
         there[self.items.get(self.held, [None])[0], "holding", self.at] = 1
         return any(not Counter((w["item_type"], w["goal"], w["at"]) for w in way) - there for way in ways)
 
-    def do(self, step, log):
-        """Takes a step if it can be taken, and checks what it costs."""
+    def do(self, step, log):  # takes a step if it can be taken, and checks what it costs
         action, target, items = step["action"], step["target"], step["items"]
-        need(step["origin"] == self.at, f"a step from {step['origin']} while the robot stands at {self.at}")
+        here = step["origin"] == self.at and (action == "move" or target == self.at)
+        need(here, f"{action} from {step['origin']} to {target} while the robot stands at {self.at}")
         if action == "move":
             i, j = log.index[self.at], log.index[target]
             cost, self.at = log.metres[max(i, j) if log.symmetric else i][min(i, j) if log.symmetric else j], target
         else:
-            need(target == self.at, f"{action} at {target} while the robot stands at {self.at}")
             cost = log.costs["search" if action == "search" else "manipulation"]
         need({"move": 0, "search": 0, "pick": 1, "place": 1}.get(action) == len(items), f"{action} of {items}")
         if action in ("pick", "place"):
@@ -132,70 +119,96 @@ class State:
         self.spent += cost
 
 
-class Check:
-    """One claim against its log. ends: per branch the least and the most that it costs, and its answers."""
-
+class Check:  # one claim against its log; ends: per branch the least and the most that it costs, and its answers
     def __init__(self, claim, log):
-        self.log, self.ends, self.ways, self.types = log, [], ways(log.goal), claim["types"]
-        counts = [Counter(want["item_type"] for want in way) for way in self.ways]
+        self.log, self.ends, self.ways, self.types, self.shared = log, [], ways(log.goal), claim["types"], {}
+        self.used, counts = Counter(), [Counter(want["item_type"] for want in way) for way in self.ways]
         self.demand = Counter({t: max(count[t] for count in counts) for t in chain(*counts)})
         plain = {part["goal"] for part in log.goal.get("parts", [log.goal])} == {"delivered"}
         done = self.ways[0] if plain and log.goal["goal"] != "any-of" else []
-        self.finishing = {t: [[want for want in done if want["item_type"] == t]] for t in self.demand if done}
-        listed = set(log.task.get("available") or [])
-        self.must_exist, there = listed & {*self.types}, listed | log.seen if listed else {*self.types, *self.demand}
+        self.finishing = {t: [want for want in done if want["item_type"] == t] for t in self.demand if done}
+        listed, seen = set(log.task.get("available") or []), log.seen
+        self.sure, there = listed & {*self.types} - seen, listed | seen if listed else {*self.types, *self.demand}
         need(self.types == sorted(set(self.types)), "types are not sorted, or double")
         need(there & {*self.demand} <= {*self.types} <= there, "types that matter are left out, or are nowhere")
-        need(same(claim["failure_cost"], log.failure), f"a failure costs {log.failure}")
+        need(same(claim["failure_cost"], fail := log.failure), f"a failure costs {fail}")
         self.node(claim["tree"], State(log))
+        need(self.used == {i: e[-1]["times"] for i, e in self.shared.items()}, "a branch goes on as none does")
+        self.ends = [(min(a, fail) if f else a, max(b, fail) if f else b, w) for a, b, f, w in self.ends]
         for name, pick, end in (("lower", min, 0), ("upper", max, 1)):
             bound, cost = claim[name], pick(e[end] for e in self.ends)
-            leaves = [way for low, high, way in self.ends if low == high and same(low, cost)]
-            worlds = [{c: types for c, (_, types) in way.items()} for way in leaves]
-            need(bound["kind"] == ("leaf" if worlds else "outer"), f"{name} is no {bound['kind']}")
             need(bound["cost"] is None if cost == inf else same(bound["cost"], cost), f"{name} is {cost}")
-            need(bound["world"] in worlds if worlds else bound["world"] is None, f"no run has the world of {name}")
+            if (bound["kind"], bound["path"], bound["world"]) != ("outer", None, None):
+                ended = bound["kind"] == "leaf" and self.cost_in([*bound["path"]], {**bound["world"]}, claim["tree"])
+                need(same(ended, cost), f"no run ends with {name}, {cost}, in its world")
+
+    def cost_in(self, path, world, node, spent=0.0):  # the cost of the run that gets these answers, by their numbers
+        node = self.shared[node["same"]][-1] if "same" in node else node
+        spent += sum(step["cost"] for step in node.get("steps", []))
+        if "end" in node and not world and not path:
+            return spent if node["end"]["done"] else self.log.failure
+        answer = node["look"]["answers"][path.pop(0)]
+        need([item["type"] for item in answer["items"]] == world.pop(node["look"]["container"]), "another world")
+        return self.cost_in(path, world, answer["then"], spent + node["look"]["cost"])
+
+    def live(self, state):
+        return [t for t in self.types if not (t in self.finishing and state.met([self.finishing[t]]))]
+
+    def forget(self, state, needs):  # what a run goes on from that needs some items, and others where they are wanted
+        wanted = {(want["item_type"], want["at"]) for way in self.ways for want in way}
+        items = {i: there for i, there in state.items.items() if i in needs or i == state.held}
+        rest = Counter(state.items[i] for i in state.items.keys() - items.keys() if state.items[i] in wanted)
+        state.items = items | {f"{there}|{n}": there for there in rest for n in range(rest[there])}
+        sure = self.sure & state.found & {*self.live(state)}
+        return deepcopy((state.at, state.held, state.opened, state.items, sure))
 
     def node(self, node, state):
-        kinds = {kind for kind in node if node[kind]}
-        plain = kinds - {"steps"} in ({"look"}, {"end"}) or kinds == {"outer"}
-        need(plain and set(node) <= {"steps", "look", "end", "outer"}, "a branch without one end, or with more in it")
+        spent, start = state.spent, len(self.ends)
+        if "same" in node:
+            like, before, low, high, fails, other = self.shared[node["same"]]
+            need(set(node) == {"same"} and self.forget(state, other["needs"]) == like, "a branch goes on otherwise")
+            self.used[node["same"]] += 1
+            self.ends.append((low + spent - before, high + spent - before, fails, state.world))
+            return
+        plain = {*node} - {"steps", "id", "needs", "times"} in ({"look"}, {"end"}) or {*node} == {"outer"}
+        need(plain, "a branch without one end, or with more in it")
+        begun = self.forget(state, node["needs"]) if "id" in node else None
         for step in node.get("steps", []):
             state.do(step, self.log)
-        if node.get("outer"):
+        if "outer" in node:
             self.outer(node["outer"], state)
-        elif node.get("look"):
+        elif "look" in node:
             self.look(node["look"], state)
         else:
-            done, charged = node["end"]["done"], node["end"]["charged"]
-            cost = state.spent if done else self.log.failure
-            need(done is state.met(self.ways) and same(charged, cost), f"a run ends otherwise: {node['end']}")
-            self.ends.append((cost, cost, state.world))
+            done, charged = state.met(self.ways), state.spent if state.met(self.ways) else self.log.failure
+            need(node["end"]["done"] is done and same(node["end"]["charged"], charged), "a run ends otherwise")
+            self.ends.append((state.spent if done else inf, state.spent if done else -inf, not done, state.world))
+        if begun:
+            low, high, fails, _ = zip(*self.ends[start:], strict=True)
+            need(node["id"] not in self.shared, "two branches of one name")
+            self.shared[node["id"]] = begun, spent, min(low), max(high), any(fails), node
 
-    def outer(self, outer, state):
-        """Nothing is known of a branch but that what was spent was spent, unless the run fails."""
+    def outer(self, outer, state):  # nothing is known but that what was spent was spent, unless the run fails
         least = min(state.spent, self.log.failure)
         need(same(outer["least"], least), f"an outer bound of {outer['least']}, not {least}")
-        self.ends.append((least, inf, state.world))
+        self.ends.append((state.spent, inf, True, state.world))
 
     def look(self, look, state):
         container = look["container"]
         fresh = state.at == container and container in self.log.open - state.opened
         need(fresh, f"{container} cannot be opened anew from {state.at}")
         need(same(look["cost"], self.log.costs["search"]), f"a look costs {self.log.costs['search']}")
-        live = [t for t in self.types if not (t in self.finishing and state.met(self.finishing[t]))]
+        live = self.live(state)
         need(look["live"] == live, f"of {container} matter {live}")
-        found = {t for _, types in state.world.values() for t in types}
         last = self.log.open - state.opened == {container} and not self.log.hidden
-        sure = self.must_exist - self.log.seen - found if last else set()
+        sure = self.sure - state.found if last else set()
         ranges = [range(int(t in sure), max(1, self.demand[t]) + 1) for t in live]
         count = prod(len(numbers) for numbers in ranges)
         need(count <= 1_000_000, "more answers than can be counted")
         possible = {tuple(t for t, n in zip(live, ns, strict=True) for _ in range(n)) for ns in product(*ranges)}
         given = Counter(tuple(item["type"] for item in a["items"]) for a in look["answers"])
-        part = look.get("others") and count > MAX_ANSWERS
-        complete = given.keys() <= possible if part else given.keys() == possible
-        need(complete and set(given.values()) <= {1}, f"the answers of {container} are not all that there are")
+        whole = given.keys() <= possible if look.get("others") and count > MAX_ANSWERS else given.keys() == possible
+        need(whole and set(given.values()) <= {1}, f"the answers of {container} are not all that there are")
         state.spent += look["cost"]
         state.opened.add(container)
         if look.get("others"):
@@ -207,20 +220,17 @@ class Check:
             need(all(i.split("|")[1:-1] == ["imputed", *container.split("|")] for i in ids), "an item of elsewhere")
             after.items |= {item["id"]: (item["type"], container) for item in answer["items"]}
             after.world[container] = live, [item["type"] for item in answer["items"]]
+            after.found |= {*after.world[container][1]}
             self.node(answer["then"], after)
 
 
-def seal_of(claim):
-    rest = {name: value for name, value in claim.items() if name != "seal"}
-    return hashlib.sha256(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
-
-
-def check(claim, logs):
-    """The bounds that a claim shows, who it is about, and all ends; raises Refused. logs: by hash."""
+def check(claim, logs):  # the bounds that a claim shows, its ends, and who it is about; logs: by hash
     try:
         version = claim["version"]
         need(type(version) is int and version == VERSION, f"it is of version {version}; this checker knows {VERSION}")
-        need(claim.get("seal") == seal_of(claim), "its seal is broken: it was changed after it was made")
+        rest = json.dumps({k: claim[k] for k in claim if k != "seal"}, sort_keys=True, separators=(",", ":"))
+        seal = hashlib.sha256(rest.encode()).hexdigest()
+        need(claim.get("seal") == seal, "its seal is broken: it was changed after it was made")
         who = f"{claim['strategy']} ({claim['strategy_version']}, {claim['estimator']})"
         need(who.isprintable(), "its strategy has a name that cannot be printed")
         log = logs.get(claim["log_sha256"])
@@ -230,35 +240,17 @@ def check(claim, logs):
         raise Refused(f"it is not formed as a claim ({type(error).__name__}: {error})") from None
 
 
-def agree(one, other):
-    """Whether one world may answer so on both ways. Types that matter on one way alone may be there or not."""
-    both = [(c, t) for c in one.keys() & other.keys() for t in one[c][0] if t in other[c][0]]
-    return all(one[c][1].count(t) == other[c][1].count(t) for c, t in both)
-
-
-def least_gap(ours, theirs):
-    """The least by which theirs can cost more than ours in the same world: over all pairs of ends that agree."""
+def least_gap(ours, theirs):  # the least by which theirs can cost more in the same world: over all ends that agree
     least, pairs, theirs = inf, 0, sorted(theirs, key=lambda end: end[0])
     for _, most, world in sorted(ours, key=lambda end: -end[1]):
         for low, _, other in theirs:
             pairs += 1
-            if low - most >= least or pairs > MAX_PAIRS or agree(world, other):
+            both = ((c, t) for c in world.keys() & other.keys() for t in world[c][0] if t in other[c][0])
+            alike = all(world[c][1].count(t) == other[c][1].count(t) for c, t in both)
+            if alike or low - most >= least or pairs > MAX_PAIRS:
                 least = min(least, low - most)
                 break
     return least
-
-
-def verdict(a, b, held, logs, spoiled):
-    """What certificates of two strategies show, on which trials, and on which they do not."""
-    both = [k for k in logs if held[a].get(k) and held[b].get(k)]
-    out = [log.name + " (a certificate was refused)" * (k in spoiled) for k, log in logs.items() if k not in both]
-    said = f"neither of {a} and {b} is shown to beat the other"
-    for one, other in ((a, b), (b, a)):
-        gap = sum(max(least_gap(x, y) for _, x in held[one][k] for _, y in held[other][k]) for k in both)
-        said = f"{one} beats {other} by {gap:.2f} or more" if gap > NEAR else said
-    said += f" on {len(both)} trial{'s in sum' * (len(both) > 1)}, in every world that agrees with the logs: "
-    said = said + ", ".join(logs[k].name for k in both) if both else f"{a} and {b} have no trial in common"
-    return said + (f"; left out, for lack of a certificate of both: {', '.join(out)}" if out else "")
 
 
 def main(paths):
@@ -292,7 +284,15 @@ def main(paths):
     for mine in clash:
         mine.clear()
     for a, b in combinations(held, 2):
-        print(verdict(a, b, held, logs, spoiled))
+        both = [k for k in logs if held[a].get(k) and held[b].get(k)]
+        out = [log.name + " (a certificate was refused)" * (k in spoiled) for k, log in logs.items() if k not in both]
+        said = f"neither of {a} and {b} is shown to beat the other"
+        for one, other in ((a, b), (b, a)):
+            gap = sum(max(least_gap(x, y) for _, x in held[one][k] for _, y in held[other][k]) for k in both)
+            said = f"{one} beats {other} by {gap:.2f} or more" if gap > NEAR else said
+        said += f" on {len(both)} trial{'s in sum' * (len(both) > 1)}, in every world that agrees with the logs: "
+        said = said + ", ".join(logs[k].name for k in both) if both else f"{a} and {b} have no trial in common"
+        print(said + (f"; left out, for lack of a certificate of both: {', '.join(out)}" if out else ""))
     return int(bool(spoiled))
 
 

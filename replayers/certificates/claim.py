@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import msgspec
 from workbench.errors import OutputExists
 from workbench.files import atomic
 
-CLAIM_VERSION = 1
+CLAIM_VERSION = 2
 CLAIM_MEMBER = "claim.json"
 STAMP = (1980, 1, 1, 0, 0, 0)
 """The time of the member in the zip file: the same claim gives the same bytes."""
@@ -68,8 +69,20 @@ class ClaimedLook(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ClaimedNode(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A segment of the run; then a look, an end, or an outer bound: exactly one of them."""
+    """A segment of the run; then a look, an end, or an outer bound: exactly one of them.
 
+    Attributes:
+        id: names the branch, where others go on as it does.
+        times: with an id, how many others do.
+        needs: with an id, the items known at its start that it picks up or puts down; of all others it only matters
+            how many stand where the goal wants them.
+        same: instead of all else, the branch as which this one goes on.
+    """
+
+    id: int | None = None
+    same: int | None = None
+    times: int | None = None
+    needs: tuple[str, ...] | None = None
     steps: tuple[ClaimedStep, ...] = ()
     look: ClaimedLook | None = None
     end: ClaimedEnd | None = None
@@ -88,11 +101,13 @@ class ClaimedBound(msgspec.Struct, frozen=True, kw_only=True):
         cost: None where no bound is known.
         kind: "leaf" where a run ends with it, "outer" where it follows from outer bounds.
         world: per container that is opened, the item types in it; None for an outer bound.
+        path: the numbers of the answers on the way there, from 0.
     """
 
     cost: float | None
     kind: str
     world: dict[str, tuple[str, ...]] | None
+    path: tuple[int, ...] | None
 
 
 class CostClaim(msgspec.Struct, frozen=True, kw_only=True):
@@ -117,6 +132,30 @@ class CostClaim(msgspec.Struct, frozen=True, kw_only=True):
     upper: ClaimedBound
     tree: ClaimedNode
     seal: str = ""
+
+
+NOT_FOLLOWED, BELIEFS, UNLISTED = "not followed", "beliefs are not known here", "more answers than are listed"
+"""Why a branch has an outer bound."""
+
+_SAID = {
+    NOT_FOLLOWED: "not followed (more are with --branches)",
+    BELIEFS: "not followed, since beliefs follow what else a container holds",
+    UNLISTED: "of more answers than are listed",
+}
+
+
+def open_branches(tree: ClaimedNode) -> tuple[str, ...]:
+    """How many branches of a tree have outer bounds, in words for each reason."""
+    found: Counter[str] = Counter()
+    left = [tree]
+    while left:
+        node = left.pop()
+        outer = node.outer or (node.look.others if node.look else None)
+        found.update([outer.why] if outer else [])
+        left += [answer.then for answer in node.look.answers] if node.look else []
+    return tuple(
+        f"{found[why]:,} branch{'es' * (found[why] > 1)} {words}" for why, words in _SAID.items() if found[why]
+    )
 
 
 def sealed(claim: CostClaim) -> dict[str, Any]:

@@ -40,7 +40,7 @@ def certify(
     """
     from replayers.batch.recorded_strategy import loadable_name
     from replayers.certificates.build import certificate
-    from replayers.certificates.claim import sealed, write_claim
+    from replayers.certificates.claim import open_branches, sealed, write_claim
     from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
     from replayers.counterfactual.sandbox import is_foreign, loading_fault
@@ -73,4 +73,6 @@ def certify(
         return
     most = "no upper bound" if upper.cost is None else f"{upper.cost:.2f} ({upper.kind})"
     say(f"{claim.strategy}, belief of {claim.estimator}, over {claim.log}: {lower.cost:.2f} ({lower.kind}) to {most}")
+    if "outer" in (lower.kind, upper.kind):
+        say(f"note: {', '.join(open_branches(claim.tree))}; lios replay may have tighter bounds")
     say(f"Wrote {output}; check it: python tools/check_claim.py {output} {log}")
