@@ -30,8 +30,42 @@ with calls.redirected_and_timed({limit}):
 """
 
 
+CLEANS_UP = """
+import sys, time
+from workbench.third_party import calls
+calls.AGAIN_S, calls.CLEAN_UP_S = 0.05, {clean_up_s}
+try:
+    with calls.redirected_and_timed(0.05):
+        try:
+            time.sleep(60)
+        finally:
+            for _ in range(20):
+                try:
+                    time.sleep(0.05)
+                    raise OSError
+                except OSError:
+                    time.sleep(0.01)
+            print("cleaned up", file=sys.stderr)
+except calls.TimeLimitReached:
+    print("stopped", file=sys.stderr)
+"""
+
+
 def started(limit: float) -> subprocess.Popen[str]:
     return subprocess.Popen([sys.executable, "-c", SWALLOWS.format(limit=limit)], stderr=subprocess.PIPE, text=True)
+
+
+@pytest.mark.parametrize(
+    ("clean_up_s", "said"),
+    [
+        (30.0, ["cleaned up", "stopped"]),
+        (0.3, ["lios: third-party code does not stop at its time limit of 0.05 s: the command is ended"]),
+    ],
+)
+def test_code_that_cleans_up_is_left_to_it_for_a_while(clean_up_s: float, said: list[str]) -> None:
+    code = CLEANS_UP.format(clean_up_s=clean_up_s)
+    done = subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, check=False, timeout=60)
+    assert done.stderr.splitlines() == said
 
 
 def test_a_time_limit_that_is_swallowed_ends_the_command() -> None:

@@ -13,6 +13,7 @@ from replayers.certificates.claim import (
 )
 from replayers.certificates.tree_writer import NotCertifiable, written_tree
 from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.logged_belief import LoggedBelief
 from replayers.counterfactual.prepared_log import PreparedLog
 from replayers.counterfactual.relevance import Assumptions
 from replayers.counterfactual.replay import run_tree_of
@@ -46,13 +47,21 @@ def certificate(prepared: PreparedLog, planner: Strategy, *, max_branches: int =
         log_sha256=evidence.sha256,
         strategy=planner.name,
         strategy_version=_version(),
-        estimator=prepared.estimator_of(planner).name,
+        estimator=_estimator(prepared, planner),
         types=tree.relevance.types,
         failure_cost=evidence.task.failure_cost,
         lower=writer.bound(low=True),
         upper=writer.bound(low=False),
         tree=root,
     )
+
+
+def _estimator(prepared: PreparedLog, planner: Strategy) -> str:
+    """Whose beliefs the strategy goes by; one that would follow what is seen is another where its first belief is
+    held."""
+    found = prepared.estimator_of(planner)
+    held = isinstance(found, LoggedBelief) and not prepared.evidence.static_beliefs
+    return f"{found.name} (first belief held)" if held else found.name
 
 
 def _version() -> str:

@@ -17,6 +17,7 @@ from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, p
 from replayers.counterfactual.relevance import Assumptions
 from replayers.counterfactual.replay import run_tree_of
 from replayers.counterfactual.single_runs import over_log_alone, over_log_by_tree
+from workbench.beliefs.belief import Belief
 from workbench.execution.events import ContainerObserved, Event
 from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Strategy
@@ -39,8 +40,9 @@ def same(one: Event, other: Event) -> bool:
 
 
 def _same_value(one: object, other: object) -> bool:
-    if hasattr(one, "probability"):
-        return np.array_equal(one.probability, other.probability)  # type: ignore[attr-defined]
+    if isinstance(one, Belief) and isinstance(other, Belief):
+        axes = [(belief.item_types, belief.containers, belief.estimator, belief.p_detect) for belief in (one, other)]
+        return axes[0] == axes[1] and np.array_equal(one.probability, other.probability)
     return one is other or one == other
 
 

@@ -20,6 +20,8 @@ LOADING_S = 60.0
 """Importing third-party code may import much."""
 AGAIN_S, MAX_SWALLOWED = 1.0, 5
 """A time limit that was swallowed is raised again after so long, so often; after that the command ends."""
+CLEAN_UP_S = 30.0
+"""How long code may take to clean up once its time is up."""
 
 
 class TimeLimitReached(BaseException):
@@ -38,8 +40,8 @@ def redirected_and_timed(limit_s: float) -> Generator[None]:
     TimeLimitReached when the time is up.
 
     The limit interrupts Python code in the main thread only; in other threads (a Dask worker) there is none. Code
-    that goes on after five of them ends the command with exit code 1, and code that goes on after Ctrl-C does at the
-    next one. What a log holds until then stays, as after a kill.
+    that goes on after five of them, or cleans up for more than half a minute, ends the command with exit code 1, and
+    code that goes on after Ctrl-C does at the next one. What a log holds until then stays, as after a kill.
     """
     with redirect_stdout(sys.stderr), _time_limit(limit_s), _ctrl_c_once():
         yield
@@ -51,12 +53,16 @@ def _time_limit(seconds: float) -> Generator[None]:
         yield
         return
 
-    swallowed = 0
+    swallowed, cleaned_s = 0, 0.0
 
     def stop(_number: int, _frame: FrameType | None) -> None:
-        nonlocal swallowed
-        if swallowed == MAX_SWALLOWED:
+        nonlocal swallowed, cleaned_s
+        cleans_up = _is_being_handled(TimeLimitReached)
+        if (cleans_up and cleaned_s >= CLEAN_UP_S) or (not cleans_up and swallowed == MAX_SWALLOWED):
             _end(f"third-party code does not stop at its time limit of {seconds:g} s: the command is ended")
+        if cleans_up:
+            cleaned_s += AGAIN_S
+            return
         swallowed += 1
         raise TimeLimitReached
 
@@ -67,6 +73,14 @@ def _time_limit(seconds: float) -> Generator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+def _is_being_handled(kind: type[BaseException]) -> bool:
+    """Whether the code that runs is in an `except` or `finally` that such an exception led to."""
+    error = sys.exc_info()[1]
+    while error is not None and not isinstance(error, kind):
+        error = error.__context__
+    return error is not None
 
 
 @contextmanager

@@ -91,6 +91,20 @@ def test_one_strategy_by_two_estimators_or_releases_is_two(
     assert "neither of pes-greedy (0.0.1, " in line
 
 
+def test_a_belief_that_is_held_is_another_than_one_that_follows_what_is_seen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, certified = str(tmp_path / "run.mcap"), dict[str, str]()
+    house = ["record", "--house", "houses:1", "--scenario", "deliver-2", "-s", "conditioned-lios"]
+    assert lios([*house, "--estimator", "best", "--seed", "1", "-o", log]) == 0
+    for who in ("log", "first"):
+        out = str(tmp_path / f"{who}.lios.zip")
+        capsys.readouterr()
+        assert lios(["certify", log, "-s", "conditioned-lios", "--estimator", who, "-o", out, "--json"]) == 0
+        certified[who] = json.loads(capsys.readouterr().out)["estimator"]
+    assert certified["first"] == f"{certified['log']} (first belief held)"
+
+
 def test_the_trials_that_a_verdict_rests_on_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     paths = written(tmp_path, HOMES, ("pes-greedy", "conditioned-lios"))
     rest, last = paths[:-1], Path(paths[-1])
