@@ -11,6 +11,13 @@ import pytest
 from workbench.__main__ import main
 
 
+@pytest.fixture(autouse=True)
+def _keeps_its_collector(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the command sets for its own process is not for that of the tests."""
+    monkeypatch.setattr("gc.set_threshold", lambda *_: None)
+    monkeypatch.setattr("atexit.register", lambda *_: None)
+
+
 class Interrupted:
     """Finds one module, and is interrupted while it loads it."""
 
