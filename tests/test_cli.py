@@ -122,9 +122,9 @@ def test_a_misspelt_command_names_the_nearest(capsys: pytest.CaptureFixture[str]
         (Failed("it failed"), 1),
         (RuntimeError("a bug"), 1),
         (OSError(28, "No space left on device", "run.mcap"), 1),
-        (OSError(2, "No such file or directory", "/proc/x"), 2),
-        (OSError(13, "Permission denied", "/root/out"), 2),
-        (OSError(30, "Read-only file system", "/usr/out"), 2),
+        (OSError(2, "No such file or directory", "none/x"), 2),
+        (OSError(13, "Permission denied", "theirs/out"), 2),
+        (OSError(30, "Read-only file system", "mounted/out"), 2),
         (KeyboardInterrupt(), 1),
     ],
 )

@@ -55,6 +55,13 @@ Sees = Annotated[
     float,
     Option("--sees", help="Metres from which the robot sees open furniture in passing; 0 for not at all."),
 ]
+LogEstimator = Annotated[
+    str,
+    Option(
+        "--estimator",
+        help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: best, people, ...',
+    ),
+]
 BoundsBudget = Annotated[
     int | None,
     Option(

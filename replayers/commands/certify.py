@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from workbench.options import Ask, Force, Json
+from workbench.options import Ask, Force, Json, LogEstimator
 from workbench.parameters import Argument, Option
 
 
@@ -18,13 +18,7 @@ def certify(
     branches: Annotated[
         int, Option("--branches", min=1, help="Number of branches to write out; the others get outer bounds.")
     ] = 5000,
-    estimator: Annotated[
-        str,
-        Option(
-            "--estimator",
-            help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: best, people, ...',
-        ),
-    ] = "log",
+    estimator: LogEstimator = "log",
     ask: Ask = False,
     force: Force = False,
     json: Json = False,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from workbench.errors import BadValue, LiosError
-from workbench.options import Ask, BoundsBudget, Json, MemoryLogs, MoveRatesFile, Scheduler, Upload
+from workbench.options import Ask, BoundsBudget, Json, LogEstimator, MemoryLogs, MoveRatesFile, Scheduler, Upload
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
@@ -40,13 +40,7 @@ def replay(
     output: Annotated[
         Path | None, Option("--output", "-o", help="Folder for the replays (JSON and MCAP); resumes there.")
     ] = None,
-    estimator: Annotated[
-        str,
-        Option(
-            "--estimator",
-            help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: best, people, ...',
-        ),
-    ] = "log",
+    estimator: LogEstimator = "log",
     ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")] = 200,
     budget: BoundsBudget = None,

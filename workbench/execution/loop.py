@@ -29,6 +29,7 @@ from workbench.execution.further_looks import how_looked, worth_another_look
 from workbench.execution.goal_check import is_met
 from workbench.execution.in_passing import in_passing, knowledge_after, looked_into, seen_in_words, unknown_in_words
 from workbench.execution.legality import Legality, legality
+from workbench.execution.reasons import ON_THE_WAY, after_look, after_plan
 from workbench.execution.run_end import GOAL_MET, end_without_plan
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
@@ -212,7 +213,7 @@ class _Run:
             self._end(*end_without_plan(made, nothing_left=not self.knowledge.unsearched))
             return
         if made.look_on_the_way:
-            yield from self._look(ContainerId(made.look_on_the_way[0]), (), why="a look on the way")
+            yield from self._look(ContainerId(made.look_on_the_way[0]), (), why=ON_THE_WAY)
             return
         if not made.plan.steps:
             self._end(RunStatus.PLANNER_FAILED, "the plan is empty, but the goal is not met")
@@ -227,7 +228,7 @@ class _Run:
                 return
             if not (yield from self._act(step)):
                 return
-        self.reason = "the plan is done" if made.steps_now is None else "the next steps are decided anew"
+        self.reason = after_plan(made)
 
     def _look(self, container: ContainerId, sought: tuple[ItemType, ...], *, why: str) -> Iterator[Event]:
         """Go to a container and look into it: one step of a find."""
@@ -260,10 +261,7 @@ class _Run:
             return
         again = container in self.knowledge.first_seen
         before, self.knowledge = self.knowledge, looked_into(self.knowledge, answer, self.sighted)
-        found = sorted({item.type for item in answer.items if item.type in sought})
-        searched = f"searched {container}{' again' if again else ''}"
-        seen = f"found {', '.join(found)} in {container}" if found else searched
-        self.reason = f"{seen} ({why})" if why else seen
+        self.reason = after_look(container, answer.items, sought, again=again, why=why)
         yield ContainerObserved(
             stamp_ns=answer.end_ns,
             decision=self.decision,

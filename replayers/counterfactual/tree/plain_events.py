@@ -27,6 +27,7 @@ from workbench.execution.events import (
     RunStatus,
 )
 from workbench.execution.in_passing import unknown_in_words
+from workbench.execution.reasons import ON_THE_WAY, after_look, after_plan
 from workbench.execution.run_end import GOAL_MET
 from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import Decision
@@ -107,14 +108,14 @@ class _PlainRun:
 
     def _carried_out(self, made: Decision) -> Iterator[Event]:
         if made.look_on_the_way:
-            yield from self._look(ContainerId(made.look_on_the_way[0]), (), " (a look on the way)")
+            yield from self._look(ContainerId(made.look_on_the_way[0]), (), ON_THE_WAY)
             return
         for step in made.plan.steps[: made.steps_now]:
             if step.action == "find":
                 yield from self._look(made.search_order[0].container, step.item_types, "")
                 return
             yield self._walk(step) if step.action == "move" else self._handle(step)
-        self.reason = "the plan is done" if made.steps_now is None else "the next steps are decided anew"
+        self.reason = after_plan(made)
 
     def _look(self, container: ContainerId, sought: tuple[ItemType, ...], why: str) -> Iterator[Event]:
         place = LocationId(container)
@@ -129,8 +130,7 @@ class _PlainRun:
         yield self._acted(step, self.evidence.costs.search, self.durations.look_ns, support=LOGGED)
         ids = {item.id for item in inside}
         items = (*inside, *(item for item in self.put_down.get(place, ()) if item.id not in ids))
-        found = sorted({item.type for item in items if item.type in sought})
-        self.reason = (f"found {', '.join(found)} in {container}" if found else f"searched {container}") + why
+        self.reason = after_look(container, items, sought, why=why)
         yield ContainerObserved(
             stamp_ns=self.now_ns,
             decision=self.decision,

@@ -99,13 +99,18 @@ def find_moves(
 def has_state_codes(attempt: Attempt, *, staging: bool) -> bool:
     """Whether the states of the search fit into 62-bit codes."""
     n, slots = len(attempt.arrays.d), len(attempt.recipe.slots)
-    if (n * (slots + 1) << attempt.arrays.n_ops) * (n + 1) ** slots < MAX_STATE_CODE:
+    if has_codes_of_all(n, slots, attempt.arrays.n_ops):
         return True
     used = {slot for operation in attempt.recipe.operations for slot in operation.slots}
     states = n * (slots + 1) << attempt.arrays.n_ops
     for slot in range(slots):
         states *= n + 1 if staging or slot in used else 2
     return states < MAX_STATE_CODE
+
+
+def has_codes_of_all(places: int, slots: int, operations: int = 0) -> bool:
+    """Whether the states of a search in which anything may stand anywhere fit into 62-bit codes."""
+    return (places * (slots + 1) << operations) * (places + 1) ** slots < MAX_STATE_CODE
 
 
 def sequential_plan(problem: Problem, attempt: Attempt) -> tuple[float, Ints] | None:

@@ -15,7 +15,7 @@ from itertools import permutations
 import numpy as np
 
 from workbench.arrays import Indices
-from workbench.planning.builtin.attempts import MAX_STATE_CODE
+from workbench.planning.builtin.attempts import has_codes_of_all
 from workbench.planning.builtin.recipe_arrays import EMPTY_OPERATIONS, find_tables
 from workbench.planning.plans import PlanStep
 from workbench.planning.problem import PlanningItem, Problem
@@ -45,7 +45,7 @@ def delivery_steps(problem: Problem, *, polish_nodes: int) -> tuple[tuple[PlanSt
             things[thing.type].append(thing)
     where = {location: i for i, location in enumerate(problem.locations)}
     slots = list(things.values())
-    if not all(slots) or any(want.at not in where for want in wants) or not _has_state_codes(len(where), len(slots)):
+    if not all(slots) or any(want.at not in where for want in wants) or not has_codes_of_all(len(where), len(slots)):
         return None
     found = _cheapest(problem, wants, slots, where, polish_nodes)
     return None if found is None else _written(problem, wants, slots, where, found)
@@ -64,11 +64,6 @@ class _Found:
     errands: list[tuple[int, int, int, int]]
     cost: float
     expanded: int
-
-
-def _has_state_codes(places: int, slots: int) -> bool:
-    """Whether the states of the search fit into its codes (attempts.has_state_codes)."""
-    return places * (slots + 1) * (places + 1) ** slots < MAX_STATE_CODE
 
 
 def _cheapest(

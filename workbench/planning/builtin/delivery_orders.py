@@ -13,12 +13,10 @@ import numpy as np
 from workbench.planning.builtin.astar import search_states
 from workbench.planning.builtin.find_routes import find_routes
 from workbench.planning.builtin.lower_bounds import errand_costs
+from workbench.planning.builtin.recipe_arrays import MAX_POTENTIALS
 from workbench.planning.builtin.search_interface import NO_PLAN
 from workbench.planning.builtin.search_queue import INF, compiled
 from workbench.tolerances import MIN_SCALE, RELATIVE
-
-MAX_POTENTIALS = 3
-"""Number of places whose distances serve as potentials of the heuristic."""
 
 
 @compiled
