@@ -45,6 +45,7 @@ from workbench.execution.events import Event
 from workbench.log_schema.events import Outcome
 from workbench.log_schema.place import house_sha256
 from workbench.planning.actions import relevant_types
+from workbench.planning.composed import Composed
 from workbench.planning.strategies import canonical_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
@@ -302,6 +303,7 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
             reads_beliefs=uses_beliefs(planner, evidence.task.goal),
             looks_by=looks_by(planner, evidence.task.goal),
             parts=eq1_parts(planner),
+            made_of=planner if isinstance(planner, Composed) else None,
             asked_again=budget.asked_again * budget.segments,
             traits=traits,
             durations=prepared.durations,

@@ -6,13 +6,12 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis
+from replayers.counterfactual.decisions.decided import Decided
 from replayers.counterfactual.logged_world import Move, MoveToLook
 from replayers.counterfactual.overlooked import PossibleContents
 from replayers.counterfactual.relevance import Answer
 from replayers.counterfactual.results import Assignment
 from workbench.execution.events import RunStatus
-from workbench.planning.strategy import Decision
 from workbench.worlds.house import ContainerId, Item, ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -94,7 +93,7 @@ class Segment:
         steps, picks: how many actions and picks it takes.
         unobserved: the look at which it stops; None at the end of the run.
         ended: how the run ended; None at an unobserved look.
-        decided: the decisions in it, each with what it was made by; None where that is unknown.
+        decided: the decisions in it.
         moves_to_look: its moves on which the robot may see a tag in passing; on none of them it does.
         without_events: it was run without events (tree/quick_segment.py): nothing in it is out of the ordinary.
     """
@@ -104,7 +103,7 @@ class Segment:
     picks: int
     unobserved: UnobservedLook | None
     ended: SegmentEnd | None
-    decided: tuple[tuple[DecisionBasis | None, Decision], ...] = ()
+    decided: tuple[Decided, ...] = ()
     moves_to_look: tuple[PricedMove, ...] = ()
     without_events: bool = False
 

@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import final
 
 from replayers.counterfactual.decisions.another_instance import AnotherInstance
+from replayers.counterfactual.decisions.decided import Asked, Decided
 from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis, MemoizedStrategy, StateKey
 from replayers.counterfactual.decisions.needed_items import needed_items
 from replayers.counterfactual.decisions.same_decision import SameDecision
@@ -87,9 +88,10 @@ class RunTree:
         self._wanted = destinations(evidence.task.goal) if options.merge else {}
         self._with_all_items: RunTree | None = None
         plain = not evidence.misses and evidence.passing is None and evidence.tags is None
-        quick = options.merge and is_plain(evidence)
-        self._quick = QuickRun(evidence, self.planner, estimator, seed=options.seed) if quick else None
-        self._same = None
+        self._quick = self._same = None
+        if options.merge and is_plain(evidence):
+            made_of = None if self._reads_beliefs else options.made_of
+            self._quick = QuickRun(evidence, self.planner, estimator, made_of, needed, seed=options.seed)
         if options.merge and options.exact_beliefs and plain:
             self._same = SameDecision(
                 strategy,
@@ -181,7 +183,7 @@ class RunTree:
             return False
         if self._options.exact_beliefs and not node.imputed:
             return True
-        return all(self._stands(basis, made) for basis, made in decided if self._by_beliefs(basis))
+        return all(self._stands(one.basis, one.made) for one in decided if self._by_beliefs(one))
 
     def _stands(self, basis: DecisionBasis | None, made: Decision) -> bool:
         """Whether a decision by beliefs is the same whatever else the open containers on the way held."""
@@ -268,7 +270,7 @@ class RunTree:
             if made is not None:
                 return self._as_segment(made, node)
         world = self._world_at(node)
-        steps, picks, walked, spent, decided = 0, 0, 0.0, 0.0, list[tuple[DecisionBasis | None, Decision]]()
+        steps, picks, walked, spent, decided = 0, 0, 0.0, 0.0, list[Decided]()
         puts_down, moves = False, list[PricedMove]()
         if node.walk is not None:
             world, unknown, walked = self._walked(node, node.walk)
@@ -285,7 +287,7 @@ class RunTree:
                 puts_down |= event.success and is_put_down(event.step, self._wanted)
                 spent += event.cost
             elif isinstance(event, PlanMade):
-                decided.append((self._memoized.basis if self._memoized else None, event.made))
+                decided.append(Asked(self._memoized.basis if self._memoized else None, event.made))
             elif isinstance(event, RunEnded):
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
@@ -324,8 +326,8 @@ class RunTree:
             without_events=True,
         )
 
-    def _by_beliefs(self, basis: DecisionBasis | None) -> bool:
-        return self._reads_beliefs and (basis is None or bool(basis.read))
+    def _by_beliefs(self, decided: Decided) -> bool:
+        return self._reads_beliefs and (decided.basis is None or bool(decided.basis.read))
 
     def _world_at(self, node: Node) -> LoggedWorld:
         return LoggedWorld(

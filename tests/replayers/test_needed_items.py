@@ -17,12 +17,14 @@ from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.world_search import search_worlds
 from replayers.counterfactual.decisions.needed_items import NeededItems, needed_items
+from replayers.counterfactual.decisions.one_plan import fill_everywhere
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import run_tree_of
 from replayers.counterfactual.results import Proof
 from replayers.counterfactual.run_nodes import UnobservedLook
 from replayers.runs.run import read
+from workbench.arrays import Floats
 from workbench.execution.events import RunEnded
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import AllOf
@@ -109,6 +111,17 @@ def test_plans_of_equal_cost_that_begin_otherwise_are_told(tmp_path: Path) -> No
     assert needed_in(evidence).one_plan_is_best(known)
 
 
+def bound_from_everywhere(items: NeededItems, evidence: Evidence, known: Knowledge) -> Floats:
+    """Of the mug, which is the first part; the pencil is missing."""
+    index = evidence.place.travel.index
+    at = np.array([index(place) for place, _ in known.where(MUG)])
+    left = np.array([index(LocationId(c)) for c in known.unsearched], dtype=np.intp)
+    looked = np.array([index(LocationId(c)) for c in evidence.open if c in known.first_seen], dtype=np.intp)
+    bound = np.empty(len(evidence.place.travel.locations))
+    fill_everywhere(bound, items.rules, 0, index(known.robot_at), at, left, looked, True)
+    return bound
+
+
 def test_by_hand_from_everywhere_no_item_is_nearer_than_the_bound(tmp_path: Path) -> None:
     """The mug in the bed is not needed, but from the bed it is the nearest; the desk was not opened while recording,
     and may hold another mug that is not needed."""
@@ -116,15 +129,12 @@ def test_by_hand_from_everywhere_no_item_is_nearer_than_the_bound(tmp_path: Path
     items, known = needed_in(evidence), knowing(evidence, counter="Mug|1", bed="Mug|2")
     assert containers_of(items, MUG, known) == [COUNTER]
     names = evidence.place.travel.locations
-    looks = [names.index(LocationId(at)) for at in known.unsearched]
-    bound = dict(zip(names, items.least_from_everywhere(MUG, known, looks), strict=True))
+    bound = dict(zip(names, bound_from_everywhere(items, evidence, known), strict=True))
     assert bound[LocationId(BED)] == metres_along(evidence, BED, START)
     assert bound[LocationId(FRIDGE)] == metres_along(evidence, FRIDGE, COUNTER, START)
     assert DESK in evidence.open
-    looked = known.seen(DESK, ())
-    assert items.least_from_everywhere(MUG, looked, looks[:1])[names.index(LocationId(DESK))] == metres_along(
-        evidence, DESK, START
-    )
+    looked = bound_from_everywhere(items, evidence, known.seen(DESK, ()))
+    assert looked[names.index(LocationId(DESK))] == metres_along(evidence, DESK, START)
 
 
 def test_where_a_third_place_shortens_a_path_all_items_are_needed(tmp_path: Path) -> None:
@@ -168,10 +178,11 @@ def test_both_ends_of_a_delivery_are_reached_with_a_fraction_of_the_runs(prepare
 def test_an_ambiguous_run_is_followed_with_all_items(prepared: PreparedLog, monkeypatch: pytest.MonkeyPatch) -> None:
     """Were every plan one of several equally good ones, all would be as if no items were left out."""
 
-    def never(_items: NeededItems, _known: Knowledge) -> bool:
+    def never(_items: NeededItems, *_state: object) -> bool:
         return False
 
     monkeypatch.setattr(NeededItems, "one_plan_is_best", never)
+    monkeypatch.setattr(NeededItems, "one_plan_is_best_at", never)
     tree, budget = run_tree_of(prepared, strategy("opt-greedy")), Budget(segments=30, finish=0)
     apart = run_tree_of(prepared, strategy("opt-greedy")).with_all_items()
     assert bounds_of(tree, budget=budget).figures == bounds_of(apart, budget=budget).figures

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from itertools import zip_longest
 from pathlib import Path
 
-import numpy as np
 import pytest
 from toy import BED, DESK
 from toy_logs import delivered, simulated_log, task_of
@@ -17,8 +14,7 @@ from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, p
 from replayers.counterfactual.relevance import Assumptions
 from replayers.counterfactual.replay import run_tree_of
 from replayers.counterfactual.single_runs import over_log_alone, over_log_by_tree
-from workbench.beliefs.belief import Belief
-from workbench.execution.events import ContainerObserved, Event
+from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded
 from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import AllOf
@@ -32,30 +28,22 @@ def prepared_for(log: str, *, misses: int | None = None) -> PreparedLog:
     return prepare_log(read(LOGS / f"{log}.mcap"), settings, with_paths=False)
 
 
-def same(one: Event, other: Event) -> bool:
-    """Whether two events hold the same, arrays included."""
-    if type(one) is not type(other):
-        return False
-    return all(_same_value(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
-
-
-def _same_value(one: object, other: object) -> bool:
-    if isinstance(one, Belief) and isinstance(other, Belief):
-        axes = [(belief.item_types, belief.containers, belief.estimator, belief.p_detect) for belief in (one, other)]
-        return axes[0] == axes[1] and np.array_equal(one.probability, other.probability)
-    return one is other or one == other
+def acts_of(events: tuple[Event, ...]) -> list[Event]:
+    """The actions, looks and the end of a run."""
+    return [event for event in events if isinstance(event, ActionEnded | ContainerObserved | RunEnded)]
 
 
 @pytest.mark.parametrize("log", ["deliver-3", "find-lios", "spot-home-C", "cut-off"])
 @pytest.mark.parametrize("name", ["opt-greedy", "model-lios", "conditioned-lios", "scout-lios"])
-def test_every_event_is_that_of_the_closed_loop(log: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_action_and_look_is_that_of_the_closed_loop(
+    log: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     prepared = prepared_for(log)
     tree = run_tree_of(prepared, strategy(name))
-    looped = over_log_alone(prepared, tree.planner)
+    looped = acts_of(over_log_alone(prepared, tree.planner))
     monkeypatch.setattr(single_runs, "over_log_alone", None)  # the loop is not run again
     told = over_log_by_tree(prepared, tree)
-    assert [type(event) for event in told] == [type(event) for event in looped]
-    assert all(same(one, other) for one, other in zip_longest(told, looped))
+    assert list(told) == looped
 
 
 def test_what_was_put_down_before_a_look_is_among_what_it_shows(tmp_path: Path) -> None:
@@ -64,8 +52,8 @@ def test_what_was_put_down_before_a_look_is_among_what_it_shows(tmp_path: Path) 
     log = simulated_log(tmp_path / "run.mcap", name="opt-greedy", task=task)
     prepared = prepare_log(read(log), ReplaySettings(worlds=0), with_paths=False)
     tree = run_tree_of(prepared, strategy("opt-greedy"))
-    told, looped = over_log_by_tree(prepared, tree), over_log_alone(prepared, tree.planner)
-    assert all(same(one, other) for one, other in zip_longest(told, looped))
+    told, looped = over_log_by_tree(prepared, tree), acts_of(over_log_alone(prepared, tree.planner))
+    assert list(told) == looped
     shown = next(e.items for e in told if isinstance(e, ContainerObserved) and e.container == BED)
     assert [item.type for item in shown] == ["Pillow", "Book", "Egg"]
 

@@ -13,6 +13,7 @@ from replayers import read
 from replayers.counterfactual import run_tree
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
+from replayers.counterfactual.decisions.decided import Asked, Decided
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import run_tree_of
@@ -52,8 +53,15 @@ def nodes_below(node: Node) -> list[Node]:
 
 
 def facts(segment: Segment) -> tuple[object, ...]:
-    decided = [decision for _, decision in segment.decided]
+    decided = [done_by(one) for one in segment.decided]
     return (segment.cost, segment.steps, segment.picks, segment.unobserved, segment.ended, decided)
+
+
+def done_by(decided: Decided) -> tuple[object, ...]:
+    """What a decision does, without the way to the container that it looks into."""
+    steps = decided.steps
+    on_the_way = decided.look is not None and steps and steps[-1].target == decided.look != steps[-1].origin
+    return steps[:-1] if on_the_way else steps, decided.look
 
 
 @pytest.mark.parametrize(
@@ -82,6 +90,8 @@ def test_every_segment_is_that_of_the_closed_loop(
         alike = Node(knowledge=node.knowledge, imputed=node.imputed, steps=node.steps, picks=node.picks)
         assert node.segment is not None
         assert facts(loop.advance(alike)) == facts(node.segment)
+        for decided in node.segment.decided:
+            assert done_by(Asked(decided.basis, decided.made)) == done_by(decided)
 
 
 def quick_run(evidence: Evidence) -> QuickRun:

@@ -38,10 +38,10 @@ def cost_table(
     """W(nothing, origin) for every item type; arguments and result as in reference.cost_table."""
     answer = np.empty((from_m.shape[0], from_m.shape[1], found.shape[2]))
     ends = np.zeros_like(found) if tail is None else tail
-    layers = _layers(between_m.shape[1])
+    layers = subset_layers(between_m.shape[1])
 
     def part(these: slice) -> None:
-        _cost_table(
+        fill_cost_table(
             missing[these],
             between_m[these],
             from_m[these],
@@ -65,7 +65,7 @@ def cost_table(
 
 def best_order(missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float) -> list[int]:
     """The minimiser's order for one origin and target; arguments and answer as reference.best_order."""
-    return [int(a) for a in _best_order(missing, between_m, from_m, found, float(search))]
+    return [int(a) for a in search_order(missing, between_m, from_m, found, float(search))]
 
 
 def pair_costs(
@@ -79,12 +79,12 @@ def pair_costs(
     pairs: Ints,
 ) -> Floats:
     """W(nothing, origin) of pairs of an origin and a target; arguments and answer as reference.pair_costs."""
-    layers = _layers(sets.shape[1])
+    layers = subset_layers(sets.shape[1])
     return _pair_costs(missing, sets, between_m, from_m, found, float(search), (start, pairs), layers)
 
 
 @kernel()
-def _layers(k: int) -> tuple[Ints, Ints, Ints]:
+def subset_layers(k: int) -> tuple[Ints, Ints, Ints]:
     """Subsets by size: all subsets in that order, each one's place within its size, where each size starts."""
     n = 1 << k
     size = np.zeros(n, np.int64)
@@ -104,7 +104,7 @@ def _layers(k: int) -> tuple[Ints, Ints, Ints]:
 
 
 @kernel(fastmath=MATH)
-def _cost_table(
+def fill_cost_table(
     missing: Floats,
     between_m: Floats,
     from_m: Floats,
@@ -193,7 +193,7 @@ def _pair_costs(
                     ends[0, i, column[g]] = found[sets[u, i], g]
         table = np.empty((1, origins, width))
         here = missing[u : u + 1]
-        _cost_table(here, legs, from_origin, ends, np.zeros_like(ends), search, layers, table)
+        fill_cost_table(here, legs, from_origin, ends, np.zeros_like(ends), search, layers, table)
         for pair in range(start[u], start[u + 1]):
             answer[pair] = table[0, pairs[pair, 0], column[pairs[pair, 1]]]
     return answer
@@ -215,7 +215,7 @@ def _least(best: Floats, r: float, metres: Floats, left: Ints, count: int, onwar
 
 
 @kernel(fastmath=MATH)
-def _best_order(missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float) -> Ints:
+def search_order(missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float) -> Ints:
     k = len(from_m)
     n = 1 << k
     table = np.zeros((n, k))

@@ -202,6 +202,15 @@ class Knowledge:
         there = MappingProxyType({**self.items_at, self.robot_at: here})
         return self._with(self.robot_at, None, there, self.robot_at, (self.holding.type,))
 
+    def brought(self, item: Item, origin: LocationId, target: LocationId) -> Knowledge:
+        """The knowledge after bringing an item from where it is known to be to another place, with an empty hand: as
+        moving to the one, picking it, moving to the other and placing it."""
+        left = tuple([i for i in self.items_at.get(origin, ()) if i.id != item.id])
+        here = (*self.items_at.get(target, ()), item)
+        there = MappingProxyType({**self.items_at, origin: left, target: here})
+        taken = _by_type_after(self._known.by_type, origin, left, (item.type,))
+        return self._with(target, None, there, target, (item.type,), by_type=taken)
+
     def without_item(self, item: ItemId) -> Knowledge:
         """The knowledge after an item turned out not to be at its known location."""
         there = {loc: tuple(i for i in items if i.id != item) for loc, items in self.items_at.items()}
@@ -232,6 +241,7 @@ class Knowledge:
         first_seen: Contents | None = None,
         visited: tuple[ContainerId, ...] | None = None,
         searched: ContainerId | None = None,
+        by_type: Mapping[ItemType, Places] | None = None,
     ) -> Knowledge:
         """A faster dataclasses.replace for the fields that change with every step.
 
@@ -239,6 +249,7 @@ class Knowledge:
             changed: the one location whose items differ from before.
             types: of the items that differ there.
             searched: the container that first_seen has beyond before.
+            by_type: as of _Derived, before the items there changed; None for this knowledge's.
         """
         first = self.first_seen if first_seen is None else first_seen
         derived = self._known
@@ -246,7 +257,8 @@ class Knowledge:
             left = derived.unsearched
             if searched is not None:
                 left = tuple([c for c in left if c != searched])
-            by_type = _by_type_after(derived.by_type, changed, items_at[changed], types)
+            known = derived.by_type if by_type is None else by_type
+            by_type = _by_type_after(known, changed, items_at[changed], types)
             derived = _Derived(items_at, first, self.closed, self.again, self.plan, self.travel, left, by_type)
         return Knowledge(
             plan=self.plan,

@@ -18,6 +18,7 @@ from math import prod
 from types import MappingProxyType
 from typing import final
 
+from replayers.counterfactual.decisions.decided import Decided
 from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis
 from replayers.counterfactual.decisions.same_decision import next_steps
 from replayers.counterfactual.decisions.watched_belief import decide_watched
@@ -65,16 +66,21 @@ class AnotherInstance:
         self._relevance = relevance
         self._whatever_else = whatever_else
 
-    def changes_nothing(self, decided: Iterable[tuple[DecisionBasis | None, Decision]]) -> bool:
+    def changes_nothing(self, decided: Iterable[Decided]) -> bool:
         """Whether the strategy does the same next, in each of these decisions, if there is another instance of what
         was taken. A decision of which nobody knows what it was made by (a planner from outside) is not looked at."""
-        return all(basis is None or self._decides_alike(basis, made) for basis, made in decided)
+        return all(self._decides_alike(one) for one in decided)
 
-    def _decides_alike(self, basis: DecisionBasis, made: Decision) -> bool:
-        rooms = room_for_more(basis.view.knowledge, self._unseen, self._relevance)
+    def _decides_alike(self, decided: Decided) -> bool:
+        knowledge = decided.knowledge
+        rooms = () if knowledge is None else room_for_more(knowledge, self._unseen, self._relevance)
+        if knowledge is None or not rooms:
+            return True
         if combinations_of(rooms) > MAX_COMBINATIONS:
             return False
-        return all(self._decides_alike_with(more, basis, made) for more in with_more(basis.view.knowledge, rooms))
+        basis, made = decided.basis, decided.made
+        assert basis is not None, "what the robot knew is known"
+        return all(self._decides_alike_with(more, basis, made) for more in with_more(knowledge, rooms))
 
     def _decides_alike_with(self, more: Knowledge, basis: DecisionBasis, made: Decision) -> bool:
         view = replace(basis.view, knowledge=more)

@@ -17,13 +17,12 @@ this tree; if it decides a bound, or a world leads there, it is followed where a
 from __future__ import annotations
 
 from collections.abc import Collection
-from itertools import permutations
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from replayers.counterfactual.evidence import Evidence
-from workbench.arrays import Bools, Floats
+from workbench.arrays import Bools, Floats, Indices, Ints
 from workbench.caches import PerObject
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import Delivered, distinct_deliveries
@@ -33,6 +32,9 @@ from workbench.tolerances import NEAR_COST, TINY
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, Places
 from workbench.worlds.travel import shortest_paths
+
+if TYPE_CHECKING:
+    from replayers.counterfactual.decisions.one_plan import OnePlanRules
 
 MAX_PARTS = 5
 """With more parts of the goal, there are too many orders in which they can be brought."""
@@ -97,6 +99,7 @@ class NeededItems:
         self._any_first = any_first
         self._ends = [index[part.at] for part in parts]
         self._errands = {part.item_type: metres + metres[:, index[part.at]] for part in parts}
+        self._rules: OnePlanRules | None = None
         self._left: tuple[ContainerId, ...] = ()
         self._places_left: list[int] = []
 
@@ -120,59 +123,48 @@ class NeededItems:
 
         Where no open container was looked into, there is one history only.
         """
-        from replayers.counterfactual.decisions.put_down import may_put_down
-
-        left = [p for p, part in enumerate(self._parts) if not is_met(part, knowledge)]
-        looks = self._where_left(knowledge)
-        missing = [not knowledge.where(self._parts[p].item_type) for p in left]
         here = self._index.get(knowledge.robot_at)
-        if len(left) < 2 or (any(missing) and not looks) or self._open.isdisjoint(knowledge.first_seen):
+        if self._open.isdisjoint(knowledge.first_seen):
             return True
         if here is None or knowledge.holding is not None:
-            return False
-        begin = [here, *(self._ends[p] for p in left)]
-        legs = np.empty((len(begin), len(left)))
-        for i, p in enumerate(left):
-            item_type = self._parts[p].item_type
-            by = (
-                looks
-                if missing[i]
-                else [self._index[at] for at, _ in knowledge.where(item_type) if at in self._index]
+            left = sum(not is_met(part, knowledge) for part in self._parts)
+            return left < 2
+        known = [
+            [self._index[at] for at, _ in knowledge.where(part.item_type) if at in self._index]
+            for part in self._parts
+        ]
+        most = max(1, *map(len, known))
+        at = np.array([[*places, *[-1] * (most - len(places))] for places in known])
+        return self.one_plan_is_best_at(here, at, np.array(self._where_left(knowledge), dtype=np.intp), knowledge)
+
+    def one_plan_is_best_at(self, here: int, at: Ints, left: Indices, knowledge: Knowledge) -> bool:
+        """The same of a state whose arrays are made; arguments as of one_plan.one_plan_is_best."""
+        from replayers.counterfactual.decisions.one_plan import one_plan_is_best
+
+        if self._open.isdisjoint(knowledge.first_seen):
+            return True
+        return one_plan_is_best(self.rules, here, at, left, self._looked(knowledge))
+
+    @property
+    def rules(self) -> OnePlanRules:
+        """What the test goes by, for the compiled code."""
+        from replayers.counterfactual.decisions.one_plan import OnePlanRules
+        from replayers.counterfactual.decisions.put_down import put_down_plans
+
+        if self._rules is None:
+            self._rules = OnePlanRules(
+                metres=self._metres,
+                errands=np.array([self._errands[part.item_type] for part in self._parts]),
+                wanted=np.array(self._ends),
+                manipulation=float(self._manipulation),
+                any_first=self._any_first,
+                plans=put_down_plans(),
             )
-            legs[:, i] = _from_to(self._errands[item_type], begin, by).min(axis=1, initial=np.inf)
-        costs = self._costs_by_beginning(legs.tolist(), missing)
-        everywhere = np.array([self.least_from_everywhere(self._parts[p].item_type, knowledge, looks) for p in left])
-        places = np.array(begin)
-        if may_put_down(self._metres, legs, places, everywhere, manipulation=self._manipulation, straight=costs[0]):
-            return False
-        return not any(missing) or len(costs) < 2 or costs[1] - costs[0] > NEAR_COST * max(1.0, costs[0])
+        return self._rules
 
-    def least_from_everywhere(self, item_type: ItemType, knowledge: Knowledge, looks: list[int]) -> Floats:
-        """Lower bounds on the metres from each place to an item and on to where it is wanted, whichever items
-        are known that are not needed: they are where the log shows them, or in open containers where this run looked,
-        and there not nearer than the needed ones from where they would be needed. Shape (places,)."""
-        errands = self._errands[item_type]
-        known = [self._index[at] for at, _ in knowledge.where(item_type) if at in self._index]
-        if not known:
-            return errands.take(looks, axis=1).min(axis=1)
-        begin = [self._index[knowledge.robot_at], *self._ends]
-        if self._some_missing(knowledge):
-            begin += looks
-        looked = [self._index[LocationId(c)] for c in sorted(self._open & knowledge.first_seen.keys())]
-        nearest = _from_to(errands, begin, known).min(axis=1, keepdims=True)
-        nearer = (_from_to(errands, begin, looked) < nearest - NEAR_COST * np.maximum(1.0, nearest)).any(axis=0)
-        others = [place for place, is_nearer in zip(looked, nearer.tolist(), strict=True) if not is_nearer]
-        return errands.take([*known, *others], axis=1).min(axis=1)
-
-    def _costs_by_beginning(self, legs: list[list[float]], missing: list[bool]) -> list[float]:
-        """The least cost of the plans that begin alike, up to the first look, in ascending order."""
-        least: dict[tuple[int, ...], float] = {}
-        for order in permutations(range(len(missing))):
-            first = next((k for k, i in enumerate(order) if missing[i]), len(order))
-            begins = order[:first] if self._any_first else order[: first + 1]
-            cost = sum(legs[0 if k == 0 else order[k - 1] + 1][i] for k, i in enumerate(order))
-            least[begins] = min(cost, least.get(begins, np.inf))
-        return sorted(least.values())
+    def _looked(self, knowledge: Knowledge) -> Indices:
+        """The location indices of the open containers that were looked into."""
+        return np.array([self._index[LocationId(c)] for c in knowledge.first_seen if c in self._open], dtype=np.intp)
 
     def _some_missing(self, knowledge: Knowledge) -> bool:
         return any(not knowledge.where(part.item_type) for part in self._parts)

@@ -13,8 +13,9 @@ carries one item at a time, so it walks at least as far as all of them are carri
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
+from functools import cache
 from itertools import pairwise, permutations, product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,30 +51,79 @@ def may_put_down(
         manipulation: the cost of a pick or a place.
         straight: what the cheapest straight plan costs without its picks and places.
     """
-    items, again = legs.shape[1], 2 * manipulation
-    if items > MAX_ITEMS or len(metres) > MAX_PLACES - 3:
+    return may_be_put_down(metres, legs, begin, everywhere, float(manipulation), float(straight), put_down_plans())
+
+
+class PutDownPlans(NamedTuple):
+    """All plans that put something down once or twice, and orders of visits, by the number of items.
+
+    Attributes:
+        visits: of _visits, for one item, two and three.
+        once, twice: of _errands, for two items and three.
+    """
+
+    visits: tuple[Indices, Indices, Indices, Indices, Indices, Indices]
+    once: tuple[Indices, Indices, Indices, Indices]
+    twice: tuple[Indices, Indices, Indices, Indices]
+
+
+@cache
+def put_down_plans() -> PutDownPlans:
+    """The plans for up to MAX_ITEMS items."""
+    return PutDownPlans(
+        visits=(*_visits(1), *_visits(2), *_visits(3)),
+        once=(*_errands(2, 1), *_errands(3, 1)),
+        twice=(*_errands(2, 2), *_errands(3, 2)),
+    )
+
+
+@kernel()
+def may_be_put_down(
+    metres: Floats,
+    legs: Floats,
+    begin: Indices,
+    everywhere: Floats,
+    manipulation: float,
+    straight: float,
+    plans: PutDownPlans,
+) -> bool:
+    """may_put_down, compiled."""
+    items, places, again = legs.shape[1], len(metres), 2 * manipulation
+    if items > MAX_ITEMS or places > MAX_PLACES - 3:
         return True
-    ends = begin[1:]
-    errands = np.maximum((legs.T[:, :, None] - metres[begin][None]).max(axis=1), np.maximum(metres[ends], everywhere))
-    errands[:, begin] = legs.T
+    if items < 2:
+        return False
+    ends, errands, carried = begin[1:], np.empty((items, places)), np.full(items, np.inf)
+    for item in range(items):
+        for place in range(places):
+            least = max(metres[ends[item], place], everywhere[item, place])
+            for b in range(items + 1):
+                least = max(least, legs[b, item] - metres[begin[b], place])
+            errands[item, place] = least
+        for b in range(items + 1):
+            errands[item, begin[b]] = legs[b, item]
+        for place in range(places):
+            carried[item] = min(carried[item], errands[item, place])
     here, at = int(begin[0]), np.full(items, UNFETCHED)
-    visits = (*_visits(1), *_visits(2), *_visits(3))
-    carried = errands.min(axis=1)
-    least = max(_least_metres(here, at, metres, errands, ends, visits), carried.sum())
+    least = max(
+        _least_metres(here, at, metres, errands, ends, plans.visits),
+        _farthest_or_carried(here, at, metres, errands, carried, ends),
+    )
     if least + again >= straight:
         return False
-    if _is_cheaper(metres, errands, begin, *_errands(items, 1), straight - again):
+    of, to = (plans.once[0], plans.once[1]) if items == 2 else (plans.once[2], plans.once[3])
+    if _is_cheaper(metres, errands, begin, of, to, straight - again):
         return True
     if least + 2 * again >= straight:
         return False
-    if _is_cheaper(metres, errands, begin, *_errands(items, 2), straight - 2 * again):
+    of, to = (plans.twice[0], plans.twice[1]) if items == 2 else (plans.twice[2], plans.twice[3])
+    if _is_cheaper(metres, errands, begin, of, to, straight - 2 * again):
         return True
     if least + 3 * again >= straight:
         return False
-    return _may_be_cheaper(metres, errands, carried, begin, again, straight, visits)
+    return _may_be_cheaper(metres, errands, carried, begin, again, straight, plans.visits)
 
 
-@lru_cache(maxsize=2 * MAX_ITEMS)
 def _errands(items: int, times: int) -> tuple[Indices, Indices]:
     """All plans that put something down so many times: the item of each errand, and the number of the place where it
     ends up; both of shape (plans, items + times). None fetches the same item twice running."""
@@ -95,7 +145,6 @@ def _plans(items: int, times: int) -> Iterator[tuple[tuple[int, int], ...]]:
             yield tuple((item, next(left[item])) for item in order)
 
 
-@lru_cache(maxsize=MAX_ITEMS)
 def _visits(items: int) -> tuple[Indices, Indices]:
     """Orders in which the places are visited where things are wanted, shape (orders, items); and in which stretch of
     such a walk each of them, in that order, is picked up: not after its place, shape (choices, items)."""

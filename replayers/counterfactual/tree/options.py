@@ -28,6 +28,7 @@ class TreeOptions:
         reads_beliefs: the strategy's decisions depend on beliefs.
         looks_by: of a strategy whose plans go by distance alone: the policy by which it looks.
         parts: of a strategy whose plans go by find costs of each type alone: what it is made of.
+        made_of: of a built-in strategy that is composed: the strategy itself, with its explanations.
         asked_again: how often it is asked again what it would do had the open containers held something else
             (same_decision.py).
         traits: what is known of its runs, for bounds.
@@ -43,6 +44,7 @@ class TreeOptions:
     reads_beliefs: bool = True
     looks_by: SearchPolicy | None = None
     parts: Composed | None = None
+    made_of: Composed | None = None
     asked_again: int = 0
     traits: SearchTraits = UNKNOWN
     durations: Durations = SIMULATED

@@ -1,8 +1,8 @@
-"""The events of a run over a plain log, told from the decisions of its first segment (quick_segment.py).
+"""What is done and seen in a run over a plain log, told from the decisions of its first segment (quick_segment.py).
 
-The same as the closed loop's in the world of that log (logged_world.py), but nobody is asked again, and what the
-robot knows is not followed: where a segment was run without events, every step is legal and nothing is refused. Tests
-compare the two.
+The same actions, looks and end as the closed loop's in the world of that log (logged_world.py), but nobody is asked
+again, and what the robot knows is not followed: where a segment was run without events, every step is legal and
+nothing is refused. What was believed and planned is left out: nobody who replays asks for it. Tests compare the two.
 """
 
 from __future__ import annotations
@@ -11,35 +11,27 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import final
 
-from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis
+from replayers.counterfactual.decisions.decided import Decided
 from replayers.counterfactual.durations import Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.evidence_rules import IMPLIED, LOGGED
 from replayers.counterfactual.run_nodes import Segment
 from workbench.execution.events import (
     ActionEnded,
-    BeliefUpdated,
     ContainerObserved,
     Event,
-    FindCostsUpdated,
-    PlanMade,
     RunEnded,
     RunStatus,
 )
 from workbench.execution.in_passing import unknown_in_words
-from workbench.execution.reasons import ON_THE_WAY, after_look, after_plan
 from workbench.execution.run_end import GOAL_MET
 from workbench.planning.plans import PlanStep
-from workbench.planning.strategy import Decision
-from workbench.worlds.house import START, ContainerId, Item, ItemId, ItemType, LocationId
+from workbench.worlds.house import START, ContainerId, Item, ItemId, LocationId
 from workbench.worlds.world import NotInLog
-
-Decided = Sequence[tuple[DecisionBasis | None, Decision]]
-"""Decisions of a segment, each with what it was made by."""
 
 
 def plain_events(evidence: Evidence, first: Segment, *, durations: Durations) -> tuple[Event, ...] | None:
-    """The events of a run from the start up to its first look into an open container, or to its end.
+    """Actions, looks and the end of a run from the start up to its first look into an open container, or to its end.
 
     Args:
         evidence: of a plain log (quick_segment.is_plain).
@@ -72,9 +64,8 @@ class _PlainRun:
     searches: int = 0
     cost: float = 0.0
     travel_m: float = 0.0
-    reason: str = "start"
 
-    def events(self, decided: Decided, unseen: ContainerId | None) -> Iterator[Event]:
+    def events(self, decided: Sequence[Decided], unseen: ContainerId | None) -> Iterator[Event]:
         for container, items in sorted(self.evidence.known.items()):
             yield ContainerObserved(
                 stamp_ns=self.now_ns,
@@ -85,39 +76,15 @@ class _PlainRun:
                 known_at_start=True,
                 passing_from=self.evidence.seen_at_start.get(container),
             )
-        for basis, made in decided:
-            assert basis is not None, "a segment without events knows what its decisions were made by"
-            yield from self._decided(basis, made)
-            yield from self._carried_out(made)
+        for one in decided:
+            self.decision += 1
+            for step in one.steps:
+                yield self._walk(step) if step.action == "move" else self._handle(step)
+            if one.look is not None:
+                yield from self._look(one.look)
         yield self._ended(unseen)
 
-    def _decided(self, basis: DecisionBasis, made: Decision) -> Iterator[Event]:
-        self.decision += 1
-        yield BeliefUpdated(stamp_ns=self.now_ns, decision=self.decision, belief=basis.view.belief)
-        if made.find_costs is not None:
-            yield FindCostsUpdated(stamp_ns=self.now_ns, decision=self.decision, find_costs=made.find_costs)
-        yield PlanMade(
-            stamp_ns=self.now_ns,
-            decision=self.decision,
-            robot_at=self.robot_at,
-            reason=self.reason,
-            made=made,
-            belief_s=0.0,
-            planning_s=0.0,
-        )
-
-    def _carried_out(self, made: Decision) -> Iterator[Event]:
-        if made.look_on_the_way:
-            yield from self._look(ContainerId(made.look_on_the_way[0]), (), ON_THE_WAY)
-            return
-        for step in made.plan.steps[: made.steps_now]:
-            if step.action == "find":
-                yield from self._look(made.search_order[0].container, step.item_types, "")
-                return
-            yield self._walk(step) if step.action == "move" else self._handle(step)
-        self.reason = after_plan(made)
-
-    def _look(self, container: ContainerId, sought: tuple[ItemType, ...], why: str) -> Iterator[Event]:
+    def _look(self, container: ContainerId) -> Iterator[Event]:
         place = LocationId(container)
         if self.robot_at != place:
             metres = self.evidence.travel.between(self.robot_at, place) or 0.0
@@ -130,7 +97,6 @@ class _PlainRun:
         yield self._acted(step, self.evidence.costs.search, self.durations.look_ns, support=LOGGED)
         ids = {item.id for item in inside}
         items = (*inside, *(item for item in self.put_down.get(place, ()) if item.id not in ids))
-        self.reason = after_look(container, items, sought, why=why)
         yield ContainerObserved(
             stamp_ns=self.now_ns,
             decision=self.decision,

@@ -9,14 +9,19 @@ compare the two.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
+from replayers.counterfactual.decisions.decided import Asked, Decided, Unasked
 from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis, MemoizedStrategy
+from replayers.counterfactual.decisions.needed_items import NeededItems
 from replayers.counterfactual.evidence import Evidence
-from workbench.beliefs.belief import Estimator
+from replayers.counterfactual.tree.delivery_runs import CarriedOut, DeliveryRuns, delivery_runs
+from workbench.beliefs.belief import Belief, Estimator
 from workbench.beliefs.guarded_estimator import EstimatorFailed
 from workbench.execution.estimator_queries import EstimatorQueries
 from workbench.execution.goal_check import is_met
+from workbench.planning.composed import Composed
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.worlds.house import ContainerId, Item, LocationId
@@ -33,7 +38,7 @@ class QuickSegment:
         cost: without that look.
         steps, picks: how many actions and picks it takes, without that look.
         unobserved: the container of that look; None where the goal is met.
-        decided: its decisions, each with what it was made by; None where that is unknown.
+        decided: its decisions.
         placed: the steps that placed something.
     """
 
@@ -42,7 +47,7 @@ class QuickSegment:
     steps: int
     picks: int
     unobserved: ContainerId | None
-    decided: list[tuple[DecisionBasis | None, Decision]]
+    decided: list[Decided]
     placed: list[PlanStep]
 
 
@@ -58,35 +63,58 @@ class QuickRun:
 
     Args:
         planner: a built-in strategy.
+        made_of: where beliefs depend on nothing but the containers that are left, what the strategy is made of: then
+            it is not asked for decisions of which it is known where they lead; None for asking it every time.
+        needed: of items that still matter, which distinguish states; None where all do.
     """
 
-    def __init__(self, evidence: Evidence, planner: Strategy, estimator: Estimator, *, seed: int) -> None:
+    def __init__(
+        self,
+        evidence: Evidence,
+        planner: Strategy,
+        estimator: Estimator,
+        made_of: Composed | None = None,
+        needed: NeededItems | None = None,
+        *,
+        seed: int,
+    ) -> None:
         self._evidence = evidence
         self._planner = planner
         self._task = evidence.task
         self._types = planner.relevant_types(evidence.task)
         self._queries = EstimatorQueries(estimator, evidence.task, PERFECT)
         self._seed = seed
+        self._deliveries: DeliveryRuns | None = None
+        if made_of is not None:
+            self._deliveries = delivery_runs(evidence, made_of, self._belief, needed)
 
     def segment(self, knowledge: Knowledge, *, steps_left: int) -> QuickSegment | None:
         """From a state to the next unobserved look or to the goal; None where the closed loop has to run it."""
         made = QuickSegment(knowledge, 0.0, 0, 0, None, [], [])
-        while not is_met(self._task.goal, made.knowledge):
-            decision = self._decision(made)
-            if decision is None or not self._carried_out(decision, made, steps_left):
-                return None
-            if made.unobserved is not None:
-                break
-        return made
-
-    def _decision(self, made: QuickSegment) -> Decision | None:
         try:
-            belief = self._queries.belief(made.knowledge, self._types)
+            while made.unobserved is None:
+                unasked = self._deliveries.carry_out(made.knowledge, made.cost) if self._deliveries else None
+                if unasked is not None:
+                    if not self._was_carried_out(unasked, made, steps_left):
+                        return None
+                    if unasked.look is None:
+                        break
+                elif is_met(self._task.goal, made.knowledge):
+                    break
+                elif not self._was_asked(made, steps_left):
+                    return None
         except EstimatorFailed:
             return None
+        return made
+
+    def _belief(self, knowledge: Knowledge) -> Belief:
+        return self._queries.belief(knowledge, self._types)
+
+    def _asked(self, knowledge: Knowledge) -> tuple[DecisionBasis | None, Decision]:
+        """What the planner decides, and by what."""
         view = View(
-            knowledge=made.knowledge,
-            belief=belief,
+            knowledge=knowledge,
+            belief=self._belief(knowledge),
             task=self._task,
             costs=self._evidence.costs,
             budget_s=self._task.budget_s,
@@ -94,10 +122,27 @@ class QuickRun:
             perception=PERFECT,
         )
         decision = self._planner.decide(view)
-        basis = self._planner.basis if isinstance(self._planner, MemoizedStrategy) else None
-        made.decided.append((basis, decision))
+        return self._planner.basis if isinstance(self._planner, MemoizedStrategy) else None, decision
+
+    def _was_asked(self, made: QuickSegment, steps_left: int) -> bool:
+        """Carries out what the planner decides; whether all went as it should."""
+        basis, decision = self._asked(made.knowledge)
+        made.decided.append(Asked(basis, decision))
         solved = decision.plan.status is PlanStatus.SOLVED and bool(decision.plan.steps)
-        return decision if solved else None
+        return solved and self._carried_out(decision, made, steps_left)
+
+    def _was_carried_out(self, unasked: CarriedOut, made: QuickSegment, steps_left: int) -> bool:
+        """Takes over a decision that was carried out up to a look; whether all went as it should."""
+        assert self._deliveries is not None, "it carried them out"
+        if not unasked.acts and unasked.look is None:
+            return True
+        knowledge = made.knowledge
+        ask, tell = partial(self._asked, knowledge), partial(self._deliveries.steps_of, knowledge, unasked.acts)
+        made.decided.append(Unasked(knowledge, unasked.look, ask=ask, tell=tell))
+        made.knowledge, made.cost = unasked.knowledge, unasked.cost
+        made.steps += len(unasked.acts)
+        made.picks += unasked.picks
+        return (unasked.look is None or self._look(unasked.look, made)) and made.steps < steps_left
 
     def _carried_out(self, decision: Decision, made: QuickSegment, steps_left: int) -> bool:
         """Carries a plan out up to a look or to its end; whether all went as it should."""

@@ -129,7 +129,7 @@ def _written(
     def walk(to: LocationId) -> None:
         nonlocal robot
         if to != robot:
-            steps.append(_step("move", robot, to, (), (), problem.distance(robot, to)))
+            steps.append(plan_step("move", robot, to, (), (), problem.distance(robot, to)))
             robot = to
 
     for slot, instance, begin, end in found.errands:
@@ -137,19 +137,19 @@ def _written(
         names = (thing.type,), (thing.id,)
         if thing.at is not None:
             walk(thing.at)
-            steps.append(_step("pick", robot, robot, *names, c))
+            steps.append(plan_step("pick", robot, robot, *names, c))
         else:
             assert costs is not None, "what is missing is offered with its find costs"
             walk(places[begin])
-            steps.append(_step("find", robot, places[end], *names, costs.of(thing.type, robot, places[end])))
+            steps.append(plan_step("find", robot, places[end], *names, costs.of(thing.type, robot, places[end])))
             robot = places[end]
         walk(target)
-        steps.append(_step("place", robot, robot, *names, c))
+        steps.append(plan_step("place", robot, robot, *names, c))
     return tuple(steps), found.cost, found.expanded
 
 
 @lru_cache(maxsize=MAX_STEPS_KEPT, typed=True)
-def _step(
+def plan_step(
     action: str,
     origin: LocationId,
     target: LocationId,
