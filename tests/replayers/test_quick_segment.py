@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 from toy import BED, FRIDGE
-from toy_logs import MUG, Even, toy_evidence
+from toy_logs import MUG, Even, done_by, toy_evidence
 
 from replayers import read
 from replayers.counterfactual import run_tree
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
-from replayers.counterfactual.decisions.decided import Asked, Decided
+from replayers.counterfactual.decisions.decided import Asked
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import run_tree_of
@@ -57,18 +57,14 @@ def facts(segment: Segment) -> tuple[object, ...]:
     return (segment.cost, segment.steps, segment.picks, segment.unobserved, segment.ended, decided)
 
 
-def done_by(decided: Decided) -> tuple[object, ...]:
-    """What a decision does, without the way to the container that it looks into."""
-    steps = decided.steps
-    on_the_way = decided.look is not None and steps and steps[-1].target == decided.look != steps[-1].origin
-    return steps[:-1] if on_the_way else steps, decided.look
-
-
 @pytest.mark.parametrize(
     ("log", "name", "estimator"),
     [
         ("deliver-3", "opt-greedy", "log"),
+        ("deliver-3", "pes-greedy", "best"),
         ("deliver-3", "opt-lios", "log"),
+        ("deliver-3", "model-lios", "counts"),
+        ("deliver-3", "conditioned-lios", "counts"),
         ("deliver-3", "scout-lios", "log"),
         ("deliver-3", "conditioned-lios", "best"),
         ("find-lios", "conditioned-lios", "counts"),

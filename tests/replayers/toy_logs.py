@@ -14,6 +14,7 @@ from fake_world import FakeWorld
 from sample_logs import T0, record_run, toy_info, toy_place, write_toy_log
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house
 
+from replayers.counterfactual.decisions.decided import Decided
 from replayers.counterfactual.evidence import Evidence, evidence_of
 from replayers.runs.run import Run, read
 from workbench.beliefs.belief import Belief
@@ -176,3 +177,10 @@ def simulated_log(
         truth=toy_house().contents if truth else None,
     )
     return path
+
+
+def done_by(decided: Decided) -> tuple[object, ...]:
+    """What a decision does, without the way to the container that it looks into."""
+    steps = decided.steps
+    on_the_way = decided.look is not None and steps and steps[-1].target == decided.look != steps[-1].origin
+    return steps[:-1] if on_the_way else steps, decided.look
