@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.third_party.kernels import is_tried
+from workbench.third_party.loaded_kernels import is_tried
 
 ROOT = Path(__file__).resolve().parents[1]
 LOG = "logs/find-greedy.mcap"
@@ -66,19 +66,31 @@ def test_a_command_loads_nothing_big_that_it_does_not_use(command: str, spared: 
 @pytest.mark.skipif(not is_tried(), reason="numba loads its functions itself")
 def test_what_is_compiled_already_is_loaded_without_the_compiler() -> None:
     """What numba prepares in order to compile, scipy.linalg among it, takes a quarter of a replay's start."""
-    command = ("replay", "logs/find-lios.mcap", "-s", "opt-greedy", "-s", "scout-lios", "--workers", "1")
+    command = ("replay", "logs/deliver-3.mcap", "-s", "opt-lios,scout-lios", "--workers", "1", "--json")
     _loaded(RUN, *command)
     spared = {"scipy.linalg", "numba.np.arraymath", "numba.np.npyfuncs", "numba.typed.typeddict"}
+    spared |= {"numba.np.arrayobj", "numba.cpython.unicode", "numpy.ma"}
     assert not spared & _loaded(RUN + TELL, *command)
 
 
-def test_garbage_is_looked_for_seldom_and_not_at_the_end() -> None:
-    """What modules make stays; looking through all of it takes a fifth of a short replay."""
-    at_the_end = "print(gc.get_stats()[-1]['collections'], gc.get_freeze_count() > 10_000, file=sys.stderr)"
-    code = (
-        f"import atexit, gc, sys; atexit.register(lambda: {at_the_end}); from workbench.__main__ import main; main()"
-    )
-    assert _loaded(code, "info", LOG) == {"0", "True"}
+SHORT_REPLAY = ("replay", LOG, "-s", "opt-lios", "--workers", "1", "--json")
+
+
+def test_garbage_is_not_looked_for_in_a_short_replay() -> None:
+    """What modules make stays; looking through it, and once more at the end, takes a tenth of a short replay."""
+    _loaded(RUN, *SHORT_REPLAY)
+    runs = "sum(each['collections'] for each in gc.get_stats())"
+    told = _told_at_the_end(f"print({runs} - before, gc.get_freeze_count() > 10_000)", *SHORT_REPLAY, before=runs)
+    assert told == ["0", "True"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="threads are counted in /proc")
+def test_numpy_starts_no_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    count = "print(len(os.listdir('/proc/self/task')), os.environ['OPENBLAS_NUM_THREADS'])"
+    assert _told_at_the_end(count, *SHORT_REPLAY) == ["1", "1"]
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
+    assert _told_at_the_end(count, "info", LOG) == ["1", "2"]
 
 
 def test_a_list_that_is_cached_reads_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,6 +123,16 @@ def test_reading_a_log_loads_no_planners() -> None:
 def test_a_planner_from_outside_does_not_wait_for_what_ours_need() -> None:
     loaded = _loaded(f"import sys, replayers.counterfactual.sandbox; {TELL}")
     assert not loaded & (NUMBERS - {"numpy"} | PICTURES | TORCH)
+
+
+def _told_at_the_end(statement: str, *arguments: str, before: str = "None") -> list[str]:
+    """What a statement prints after a command's own output; `before` is an expression of before the command."""
+    code = f"import atexit, gc, os; from workbench.__main__ import main; before = {before}"
+    ran = subprocess.run(
+        [sys.executable, "-c", f"{code}; atexit.register(lambda: {statement}); main()", *arguments],
+        capture_output=True, text=True, check=True, cwd=ROOT,
+    )  # fmt: skip
+    return ran.stdout.splitlines()[-1].split()
 
 
 def _loaded(code: str, *arguments: str) -> set[str]:

@@ -1,17 +1,4 @@
-"""Functions compiled with numba, kept on disk, and loaded from there without the compiler.
-
-Before numba loads the first function from its cache, it prepares to compile: it imports 170 modules, scipy's linear
-algebra among them where scipy is installed, and registers all that it can translate. That takes a quarter of a second
-of processor time, and machine code that is on disk needs none of it but the memory management. So the cache is asked
-first here, and the compiler prepared where the cache does not hold the function.
-
-The cache also holds each function's LLVM code, for compiling others that call it. Parsing it takes as long as loading
-the machine code, so it is parsed when numba first compiles something.
-
-What must not be compiled so: functions that hash strings, and parallel ones. Their machine code calls what numba
-registers with those modules. What else does may differ between versions and machines, so that this is done only
-where it was tried; elsewhere numba loads its functions as usual.
-"""
+"""Functions compiled with numba, kept on disk, and compiled anew where what they rest on has changed."""
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUntypedFunctionDecorator=false
 # pyright: reportPrivateImportUsage=false
@@ -20,19 +7,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cached_property
 from types import ModuleType
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar, cast, final
 
-import llvmlite.binding as llvm
 import numba
-from numba.core import caching, event
-from numba.core.runtime.nrt import rtsys
+from numba.core import caching
+
+from workbench.third_party import loaded_kernels
+from workbench.third_party.loaded_kernels import LoadedFirst, MachineCode, is_tried, load_first
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-TRIED_VERSIONS = ("0.68.1",)
-"""Of numba, on Linux on x86-64; what is used of it here is not part of its interface."""
 
 
 def kernel(*, borrows: bool = False, **options: Any) -> Callable[[Function], Function]:
@@ -48,73 +33,36 @@ def kernel(*, borrows: bool = False, **options: Any) -> Callable[[Function], Fun
 
     def compiled(function: Function) -> Function:
         uncounted = {"_nrt": False} if borrows else {}
-        made = cast(Any, numba.njit(cache=True, nogil=True, **uncounted, **options)(function))
+        made = cast(Any, numba.njit(nogil=True, **uncounted, **options)(function))
         if hasattr(made, "_cache"):  # it has none where compiling is switched off
-            made._cache = (_LoadedFirst if is_tried() else _StampedCache)(function)
+            made._cache = _OpenedLater(function)
+            if is_tried():
+                load_first(made)
         return made
 
     return compiled
 
 
-def is_tried() -> bool:
-    """Whether functions are loaded without the compiler with this version of numba, on this machine."""
-    system = os.uname() if hasattr(os, "uname") else None
-    return (
-        system is not None
-        and (system.sysname, system.machine) == ("Linux", "x86_64")
-        and numba.__version__ in TRIED_VERSIONS
-    )
+@final
+class _OpenedLater:
+    """A function's cache on disk, opened when it is first asked.
 
-
-class _MachineCode(caching.CompileResultCacheImpl):
-    """What is in the cache as a function: its machine code, and its LLVM code once something is compiled."""
-
-    def rebuild(self, target_context: Any, payload: Any) -> Any:
-        (name, kind, stored), described, *rest = payload
-        later = _llvm_code().later
-        if later is None or kind != "object":
-            return super().rebuild(target_context, payload)
-        machine_code, llvm_code = stored
-        # Without LLVM code numba would not know that there is such a function in the machine code.
-        target_context.codegen()._engine._defined_symbols.add(described.llvm_cpython_wrapper_name)
-        made = super().rebuild(target_context, ((name, kind, (machine_code, _no_code())), described, *rest))
-        later.append((made.library, llvm_code))
-        return made
-
-
-class _LlvmCode(event.Listener):
-    """The LLVM code of functions that were loaded without it, given to them before anything is compiled.
-
-    Attributes:
-        later: each function's library and its code; None once something was compiled.
+    To open one, numba writes a file to the folder and removes it; most kernels of a module are not called in a run.
     """
 
-    def __init__(self) -> None:
-        self.later: list[tuple[Any, bytes]] | None = []
-        event.register("numba:run_pass", self)
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
 
-    def on_start(self, event: Any) -> None:
-        given, self.later = self.later or (), None
-        for library, code in given:
-            library._shared_module = cast(Any, llvm).parse_bitcode(code)
-            library.codegen._engine._load_defined_symbols(library._shared_module)
+    @cached_property
+    def _opened(self) -> caching.FunctionCache:
+        return (_LoadedFirst if is_tried() else _StampedCache)(self._function)
 
-    def on_end(self, event: Any) -> None:
-        pass
-
-
-@cache
-def _llvm_code() -> _LlvmCode:
-    return _LlvmCode()
-
-
-@cache
-def _no_code() -> bytes:
-    return cast(Any, llvm).parse_assembly("").as_bitcode()
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._opened, name)
 
 
 class _StampedCache(caching.FunctionCache):
-    """A function's cache on disk, stale where its file or that of a kernel which it calls has changed.
+    """A function's cache on disk, stale where its file, a called kernel's, or what writes it has changed.
 
     numba itself looks at the function's own file only. Which kernels a function calls is known once its module is
     loaded, so the file on disk is opened when it is first needed.
@@ -127,7 +75,8 @@ class _StampedCache(caching.FunctionCache):
     @property
     def _cache_file(self) -> Any:
         if self._opened is None:
-            files = sorted(_files_of_called(self._function) - {self._function.__code__.co_filename})
+            others = {loaded_kernels.__file__, *_files_of_called(self._function)}
+            files = sorted(others - {self._function.__code__.co_filename})
             stamps = [(file, os.stat(file).st_mtime, os.stat(file).st_size) for file in files]
             self._opened = caching.IndexDataCacheFile(
                 cache_path=self._cache_path,
@@ -164,17 +113,7 @@ def _kernels_named_in(function: Callable[..., Any]) -> Iterator[Callable[..., An
                 yield cast(Any, member).py_func
 
 
-class _LoadedFirst(_StampedCache):
-    """A function's cache on disk, asked before the compiler is prepared."""
+class _LoadedFirst(LoadedFirst, _StampedCache):
+    """Such a cache, asked before the compiler is prepared."""
 
-    _impl_class = _MachineCode
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        rtsys.initialize(target_context)
-        try:
-            with self._guard_against_spurious_io_errors():
-                found = self._load_overload(sig, target_context)
-        except (EOFError, caching.pickle.UnpicklingError):  # a file that was cut off
-            self.flush()
-            found = None
-        return found if found is not None else super().load_overload(sig, target_context)
+    _impl_class = MachineCode

@@ -53,8 +53,10 @@ def longest_legs(
     starts = np.full((here >= 0) + n + parts + (fetches if some and with_stood else 0), STOOD)
     if here >= 0:
         starts[0] = here
-    starts[(here >= 0) : (here >= 0) + n] = looks
-    starts[(here >= 0) + n : (here >= 0) + n + parts] = ends
+    for i in range(n):
+        starts[(here >= 0) + i] = looks[i]
+    for part in range(parts):
+        starts[(here >= 0) + n + part] = ends[part]
     worth = np.zeros((n + min(parts, fetches), len(starts)))
     fetched, brought = np.zeros(parts), np.zeros(parts)
     for s in range(len(starts)):
