@@ -17,6 +17,8 @@ from workbench.errors import BadValue, UnknownName
 from workbench.planning.strategies import resolved_name
 
 Evidence = Literal["bounds", "interval"]
+NAME = r"\S+(?: by \S+)?"
+"""The name of a strategy, or STRATEGY by ESTIMATOR."""
 FORM = '"A > B" or "A < B", and after it, if wanted, "by bounds" or "by interval" (the default)'
 
 
@@ -62,17 +64,25 @@ def parse_claim(text: str) -> Claim:
     Raises:
         BadValue: it has another form.
     """
-    match = re.fullmatch(r"\s*(\S+)\s*([<>])\s*(\S+?)(?:\s+by\s+(bounds|interval))?\s*", text)
+    match = re.fullmatch(rf"\s*({NAME})\s*([<>])\s*({NAME}?)(?:\s+by\s+(bounds|interval))?\s*", text)
     if match is None:
         raise BadValue("--fail-if", text, FORM)
     left, sign, right, evidence = match.groups()
+    if (" by " in left) != (" by " in right):  # the names of one folder are all of one form
+        raise BadValue("--fail-if", text, FORM)
     dearer, cheaper = (left, right) if sign == ">" else (right, left)
     return Claim(
         text=text.strip(),
-        dearer=resolved_name(dearer),
-        cheaper=resolved_name(cheaper),
+        dearer=_resolved(dearer),
+        cheaper=_resolved(cheaper),
         evidence="bounds" if evidence == "bounds" else "interval",
     )
+
+
+def _resolved(name: str) -> str:
+    """A name without aliases; "A by E" is a strategy with an estimator (beliefs_apart.py)."""
+    given, by, estimator = name.partition(" by ")
+    return resolved_name(given) + by + estimator
 
 
 def judge(claim: Claim, pairs: Sequence[StrategyComparison], *, replayed: Iterable[str] = ()) -> Judgement:

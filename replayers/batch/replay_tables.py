@@ -9,7 +9,7 @@ import msgspec
 from replayers.batch.store import StepRow, StoredReplay
 from workbench.third_party.data_frames import pd
 
-_IDENTITY = ("log", "run_id", "place", "scenario", "recorded_strategy", "strategy")
+_IDENTITY = ("log", "run_id", "place", "scenario", "recorded_strategy", "strategy", "estimator")
 
 
 def replays_frame(records: Iterable[StoredReplay]) -> pd.DataFrame:

@@ -163,6 +163,8 @@ def replay(
 def compare(replays: Iterable[StoredReplay] | Path | str, *, rng: np.random.Generator | None = None) -> Comparisons:
     """Compare every pair of strategies that were replayed over the same logs, world by world.
 
+    Where replays follow the beliefs of several estimators, each strategy is called STRATEGY by ESTIMATOR.
+
     Args:
         replays: of `replay`, or the folder that keeps them. A run that was replayed from several logs counts once.
         rng: draws houses for the intervals; None for seed 0.
@@ -170,12 +172,13 @@ def compare(replays: Iterable[StoredReplay] | Path | str, *, rng: np.random.Gene
     Raises:
         FileMissing: no such folder.
     """
+    from replayers.batch.beliefs_apart import named_by_estimator
     from replayers.batch.breakdown import fewest_misses
     from replayers.batch.compare import compare as compare_records
     from replayers.batch.compare import runs_once
 
     records = replays_in(Path(replays)) if isinstance(replays, str | os.PathLike) else replays
-    kept, _ = runs_once(fewest_misses(records))
+    kept, _ = runs_once(fewest_misses(named_by_estimator(records)))
     return Comparisons(compare_records(kept, rng=rng or np.random.default_rng(0)))
 
 

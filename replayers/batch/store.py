@@ -17,6 +17,7 @@ from replayers.counterfactual.durations import Durations
 from replayers.counterfactual.results import BoundFigures, Estimate, WorldGroup
 from replayers.tables.html_tables import html_table
 from workbench import __version__
+from workbench.beliefs.memory.memory_estimator import without_memory
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import ActionEnded
 from workbench.files import file_name_of, write_atomically
@@ -81,6 +82,8 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
         prior_drawn: costs in worlds drawn from what was known and believed at the start (selection/prior_costs.py);
             empty where nobody asked for them.
+        estimator: whose beliefs the strategy followed, with the hash of its weights and without that of a memory,
+            which differs from run to run; empty in replays that were stored without it.
     """
 
     version: int = RECORD_VERSION
@@ -127,6 +130,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     contradicting: tuple[str, ...] = ()
     corrections: tuple[str, ...] = ()
     prior_drawn: tuple[float, ...] = ()
+    estimator: str = ""
 
     def _repr_html_(self) -> str:
         """A table of one row, as a notebook shows it."""
@@ -205,6 +209,7 @@ def to_stored(prepared: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         may_have_missed=evidence.doubtful,
         contradicting=prepared.contradicting,
         corrections=tuple(correction.words for correction in evidence.corrections),
+        estimator=without_memory(prepared.estimator.name),
     )
 
 

@@ -55,6 +55,7 @@ def compare(
     """
     import numpy as np
 
+    from replayers.batch.beliefs_apart import named_by_estimator
     from replayers.batch.breakdown import breakdowns, fewest_misses, in_words
     from replayers.batch.claims import judge, parse_claim
     from replayers.batch.compare import changed_houses, names_of, runs_once
@@ -71,7 +72,8 @@ def compare(
     if frames:
         import_module("replayers.tables.arrow")  # refuses where Parquet cannot be written
     skipped: list[MalformedFile] = []
-    found = list(replays_in(folder, on_skipped=skipped.append))
+    stored = tuple(replays_in(folder, on_skipped=skipped.append))
+    found = named_by_estimator(stored)
     records, several = runs_once(fewest_misses(found))
     for error in skipped:
         say(f"skipped {error}")
@@ -91,8 +93,8 @@ def compare(
     if frames:
         from replayers.batch.replay_tables import replays_frame, steps_frame
 
-        replays_frame(found).to_parquet(folder / "replays.parquet")
-        steps_frame(found).to_parquet(folder / "steps.parquet")
+        replays_frame(stored).to_parquet(folder / "replays.parquet")
+        steps_frame(stored).to_parquet(folder / "steps.parquet")
     lost = LogLosses(
         lost={record.log: record.lost for record in records if record.lost},
         cut_off=tuple(sorted({record.log for record in records if not record.complete_log})),

@@ -138,7 +138,7 @@ def _answer(
 ) -> None:
     """Prints the answer of each group, what to look into next, and what counts for nothing."""
     from replayers.selection.next_look import look_lines
-    from replayers.selection.verdict_text import out_of_choice
+    from replayers.selection.verdict_text import beliefs_apart, out_of_choice
     from workbench.terminal import emit_json, say
 
     advised = () if looks is None else look_lines(looks, trials=len(found.logs), worlds=worlds)
@@ -157,6 +157,8 @@ def _answer(
     else:
         if len(histories) > 1:
             say(f"These logs are of {len(histories)} kinds of trial; each has its own answer (--group-by).")
+        for words in beliefs_apart([g.beliefs for g in found.groups]):
+            say(words)
         for g, h in zip(found.groups, histories, strict=True):
             _tell(g, h, alpha=wanted.alpha)
         for line in advised:
@@ -198,6 +200,7 @@ def _candidates(made: Replays, strategies: str) -> tuple[str, ...]:
 def _group_row(group: TrialGroup, verdicts: Sequence[SelectionVerdict]) -> dict[str, Any]:
     return {
         "group": group.name,
+        "beliefs": group.beliefs or None,
         "places": group.places,
         "logs": [str(log) for log in group.logs],
         "broke": [{"strategy": name, "logs": logs, "reason": why} for name, (logs, why) in group.broke.items()],

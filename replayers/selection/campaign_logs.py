@@ -8,6 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 from types import MappingProxyType
 
+from replayers.batch.beliefs_apart import estimator_labels, estimators_in
 from replayers.batch.compare import MAX_NAMED, runs_once
 from replayers.batch.replays import Replays
 from replayers.batch.store import StoredReplay
@@ -20,7 +21,8 @@ UNLIKE = "not-reproduced"
 
 
 class GroupBy(StrEnum):
-    """What trials must have in common to be one campaign; always whether a robot or a simulation was driven."""
+    """What trials must have in common to be one campaign; always whether a robot or a simulation was driven, and
+    whose beliefs a candidate follows."""
 
     SCENARIO = "scenario"
     SITE = "site"
@@ -35,6 +37,7 @@ class TrialGroup:
 
     Attributes:
         name: what they have in common, in words.
+        beliefs: whose beliefs the candidates follow, where that tells this group from another; otherwise empty.
         places: the sites or houses, in the order of first appearance.
         logs: their logs.
         broke: candidates that are left out of the choice here: the logs on which each broke or could not be replayed,
@@ -42,6 +45,7 @@ class TrialGroup:
     """
 
     name: str
+    beliefs: str
     places: tuple[str, ...]
     trials: tuple[TrialCosts, ...]
     logs: tuple[Path, ...]
@@ -93,8 +97,10 @@ def group_by(text: str) -> GroupBy:
 
 def trial_groups(replays: Replays, strategies: Sequence[str], by: GroupBy) -> TrialGroups:
     """The replayed logs as trials in groups. A run that is in several logs counts once; logs of replays count for
-    nothing, since nobody drove them. A candidate that broke on a trial of a group is out of the choice there, so that
-    the others are judged among themselves; a log on which all broke is no trial."""
+    nothing, since nobody drove them. Where a candidate follows the beliefs of several estimators over logs of one
+    kind, trials of one estimator are a group of their own. A candidate that broke on a trial of a group
+    is out of the choice there, so that the others are judged among themselves; a log on which all broke is no trial.
+    """
     kept, several = runs_once(replays)
     left_out = [s.words if s.kept else f"{s.words}; join them (lios log merge)" for s in several]
     unread, not_replayed, failed = _failures(replays, strategies)
@@ -130,15 +136,19 @@ def trial_groups(replays: Replays, strategies: Sequence[str], by: GroupBy) -> Tr
             lacking=lacking,
         )
         found.setdefault(shared, []).append(one)
+    made: list[TrialGroup] = []
+    for key, alike in found.items():
+        for beliefs, rows in _by_beliefs(alike).items():
+            words = f"beliefs of {beliefs}" if beliefs else ""
+            rows.sort(key=lambda row: (row.started_ns, str(row.path)))
+            made.append(_group(", ".join(part for part in (*key, words) if part), beliefs, rows, strategies))
     groups: list[TrialGroup] = []
-    for key, rows in found.items():
-        rows.sort(key=lambda row: (row.started_ns, str(row.path)))
-        group = _group(", ".join(part for part in key if part), rows, strategies)
+    for group in made:
         if group.trials:
             groups.append(group)
         else:
             why = _reasons({name: why for name, (_, why) in group.broke.items()})
-            left_out.append(f"{group.name}: no candidate ran over each of the {len(rows)} logs. {why}")
+            left_out.append(f"{group.name}: no candidate ran over each of the {len(group.logs)} logs. {why}")
     return TrialGroups(
         groups=tuple(sorted(groups, key=lambda g: (-len(g.trials), g.name))),
         left_out=(*left_out, *unread),
@@ -194,7 +204,21 @@ def _more(by: GroupBy, place: str, title: str) -> tuple[str, ...]:
     return (f"in {place}",) if by is GroupBy.SITE else (f"in {place}", title)
 
 
-def _group(name: str, rows: Sequence[_Counted], strategies: Sequence[str]) -> TrialGroup:
+def _by_beliefs(rows: Sequence[_Counted]) -> Mapping[str, list[_Counted]]:
+    """Logs of one kind by whose beliefs the candidates follow over each; all under "" where none follows several."""
+    of: dict[str, list[StoredReplay]] = {}
+    for record in (record for row in rows for record in row.records):
+        of.setdefault(record.strategy, []).append(record)
+    if all(len(estimators_in(replays)) < 2 for replays in of.values()):
+        return {"": list(rows)}
+    labels = estimator_labels(e for replays in of.values() for e in estimators_in(replays))
+    found: dict[str, list[_Counted]] = {}
+    for row in rows:
+        found.setdefault(" and ".join(labels[e] for e in estimators_in(row.records)), []).append(row)
+    return found
+
+
+def _group(name: str, beliefs: str, rows: Sequence[_Counted], strategies: Sequence[str]) -> TrialGroup:
     broke: dict[str, tuple[tuple[str, ...], str]] = {}
     for row in rows:
         for candidate, reason in row.lacking.items():
@@ -203,6 +227,7 @@ def _group(name: str, rows: Sequence[_Counted], strategies: Sequence[str]) -> Tr
     judged = [s for s in strategies if s not in broke]
     return TrialGroup(
         name=name,
+        beliefs=beliefs,
         places=tuple(dict.fromkeys(row.place for row in rows)),
         trials=tuple(trial_costs(row.records, judged, limit=row.limit) for row in rows) if judged else (),
         logs=tuple(row.path for row in rows),

@@ -17,6 +17,7 @@ from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.runs.run import read
 from replayers.selection.prior_costs import with_priors
 from workbench.beliefs.estimators import estimator
+from workbench.beliefs.memory.memory_estimator import without_memory
 from workbench.errors import BadValue
 from workbench.files import file_name_of
 from workbench.plugins import NameOrigin
@@ -61,15 +62,16 @@ def replay_candidates(
     if len(estimators) == 1:
         by = replace(settings, estimator=estimators[0])
         replays = replay_logs(logs, strategies, settings=by, output=output, workers=workers, progress=progress)
-        return with_priors(replays, strategies, output=output, workers=workers or 1)
+        made = with_priors(replays, strategies, output=output, workers=workers or 1)
+        return made if estimators[0] in BY_THE_LOG else _driven_by_another(made)
     named = named_estimators(estimators)
-    made: list[Replays] = []
+    of_each: list[Replays] = []
     for one in named:
         by = replace(settings, estimator=one.given, drawn_by=DRAWN_BY)
         folder = None if output is None else output / file_name_of(one.label)
         replays = replay_logs(logs, strategies, settings=by, output=folder, workers=workers, progress=progress)
-        made.append(with_priors(replays, strategies, output=folder, workers=workers or 1))
-    return _together(made, named)
+        of_each.append(with_priors(replays, strategies, output=folder, workers=workers or 1))
+    return _together(of_each, named)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,10 +123,26 @@ def _called(outcome: Outcome, estimator_name: NamedEstimator) -> Outcome:
     """An outcome under its candidate's name. The robot followed it if it followed this strategy by this estimator."""
     if isinstance(outcome, LogFailed):
         return replace(outcome, strategy=f"{outcome.strategy} by {estimator_name.label}" if outcome.strategy else "")
-    believed = read(outcome.log).info.estimator
+    believed = _recorded_estimator(outcome)
     drove = estimator_name.label if believed == estimator_name.name else believed
     return msgspec.structs.replace(
         outcome,
         strategy=f"{outcome.strategy} by {estimator_name.label}",
         recorded_strategy=f"{outcome.recorded_strategy} by {drove}",
     )
+
+
+def _driven_by_another(replays: Replays) -> Replays:
+    """Replays by one estimator: a robot that followed the beliefs of another one drove none of the candidates."""
+    outcomes = tuple(
+        msgspec.structs.replace(o, recorded_strategy=f"{o.recorded_strategy} by {recorded}")
+        if isinstance(o, StoredReplay) and (recorded := _recorded_estimator(o)) != o.estimator
+        else o
+        for o in replays.outcomes
+    )
+    return replace(replays, outcomes=outcomes)
+
+
+def _recorded_estimator(record: StoredReplay) -> str:
+    """Whose beliefs the robot followed; its memory is of the trial, and not another estimator."""
+    return without_memory(read(record.log).info.estimator)

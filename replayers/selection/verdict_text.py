@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import inf
 
 from replayers.selection.verdict import SelectionVerdict, Settled, StrategyStanding
@@ -94,3 +94,15 @@ def out_of_choice(not_replayed: Mapping[str, str]) -> tuple[str, ...]:
     for name, why in not_replayed.items():
         of.setdefault(why, []).append(name)
     return tuple(f"left out of the choice: {', '.join(names)}: {why}" for why, names in of.items())
+
+
+def beliefs_apart(beliefs: Iterable[str]) -> tuple[str, ...]:
+    """Why groups are apart by whose beliefs are followed, and how they are judged together; no line where they are
+    not."""
+    names = tuple(dict.fromkeys(name for name in beliefs if name))
+    if not names:
+        return ()
+    return (
+        f"The logs hold the beliefs of {', '.join(names)}: a strategy that follows others is another planner, so "
+        "that their trials do not count together. With --estimator NAME all follow the same.",
+    )

@@ -64,6 +64,8 @@ def test_runs_that_cannot_be_told_apart_are_not_paired() -> None:
     assert pairs(rows, "lios", "greedy") == []
     assert len(pairs(rows[1:], "lios", "greedy")) == 1, "one of each needs no names"
     assert len(pairs([*rows[1:], row("x.mcap", "lios", None)], "lios", "greedy")) == 1, "cut off: no second run"
+    told = [row("a.mcap", "lios", estimator="best@1"), row("b.mcap", "greedy", estimator="counts@2")]
+    assert pairs(told, "lios", "greedy") == [], "each with beliefs of its own"
 
 
 def test_there_and_back_along_one_line_is_dashed_once() -> None:

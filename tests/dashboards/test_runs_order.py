@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import product
 from typing import Any
 
 import pytest
@@ -130,3 +131,14 @@ def test_names_with_markup_and_quotes_stay_text() -> None:
     rows = [_row(0, strategy=nasty, scenario=nasty), _row(1)]
     for shown in (run_cells(rows), runs(rows, (), total=2, order=RunsOrder(group="strategy"))):
         assert "<img" not in shown
+
+
+def test_a_strategy_with_another_estimator_has_cells_of_its_own() -> None:
+    def cells(*estimators: str) -> str:
+        rows = [_row(i, scenario=s, estimator=e) for i, (e, s) in enumerate(product(estimators, ("a", "b")))]
+        return str(run_cells([*rows, *(_row(9, scenario=s, strategy="greedy", estimator="best@2") for s in "ab")]))
+
+    assert "lios by counts" in cells("counts@1", "best@2")
+    assert "estimator=&#34;counts@1&#34;" in cells("counts@1", "best@2")
+    assert "lios by" not in cells("best@2", "best@2")
+    assert "lios by" not in cells("best@2", "best@2+memory-3")

@@ -30,6 +30,8 @@ def pair(*, least: float, most: float, drawn: IntervalEstimate | None = None, lo
     [
         ("lios > greedy", "model-lios", "opt-greedy", "interval"),
         ("greedy<lios by bounds", "model-lios", "opt-greedy", "bounds"),
+        ("lios by counts > greedy by best", "model-lios by counts", "opt-greedy by best", "interval"),
+        ("lios by counts<greedy by best by bounds", "opt-greedy by best", "model-lios by counts", "bounds"),
         (" my_planner:Mine > scout-lios by interval ", "my_planner:Mine", "scout-lios", "interval"),
     ],
 )

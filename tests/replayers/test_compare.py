@@ -14,6 +14,7 @@ from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import InOrder, simulated_log
 from toy_replays import kept
 
+import replayers
 from replayers.batch.compare import (
     _difference_bounds,
     answers_compatible,
@@ -232,3 +233,25 @@ def test_parts_of_a_split_run_are_refused_with_what_to_do(tmp_path: Path, capsys
     status = {Path(row["log"]): row["status"] for row in json.loads(captured.out)["rows"]}
     assert {path for path, how in status.items() if how == "not-replayed"} == set(parts)
     assert captured.err.count("one of") == len(parts)
+
+
+def test_a_strategy_with_another_estimator_is_another_strategy(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick = kept(InOrder((TABLE, COUNTER), name="quick"), tmp_path)
+    slow = kept(InOrder((BED, DESK, TABLE, COUNTER), name="slow"), tmp_path)
+    replays = [
+        msgspec.structs.replace(r, sha256=log, log=f"{log}.mcap", run_id=log, estimator=estimator)
+        for log, estimator in (("one", "counts@1a"), ("two", "best@2b"), ("three", "best@2b"))
+        for r in (quick, slow)
+    ]
+    for r in replays:
+        write_replay(tmp_path / "kept" / r.sha256 / f"{r.strategy}.replay.json", r)
+    both = [("quick by best", "slow by best", 2), ("quick by counts", "slow by counts", 1)]
+    assert sorted((p.a, p.b, p.logs) for p in replayers.compare(replays)) == both
+    claim = ["--fail-if", "slow by best < quick by best by bounds"]
+    assert lios(["compare", str(tmp_path / "kept"), "--json", *claim]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert sorted((row["a"], row["b"], row["logs"]) for row in shown["rows"]) == both
+    alike = [msgspec.structs.replace(r, estimator="best@2b") for r in replays]
+    assert [(p.a, p.b, p.logs) for p in replayers.compare(alike)] == [("quick", "slow", 3)]

@@ -13,6 +13,7 @@ from markupsafe import Markup
 from dashboards.palette import FAILED, FOUND, css
 from dashboards.panels.folder.runs import RunRow
 from dashboards.panels.markup import axis_number, command, html, name, number, text
+from workbench.beliefs.memory.memory_estimator import without_memory
 from workbench.tolerances import NEAR_COST
 
 SIDE_PX = 300
@@ -23,14 +24,14 @@ OURS = ("conditioned-lios", "scout-lios", "model-lios", "pes-lios", "lios")
 
 
 def pairs(rows: Sequence[RunRow], first: str, second: str) -> list[tuple[RunRow, RunRow]]:
-    """Runs of the same place, task and seed by the two strategies, in the order of the rows.
+    """Runs of the same place, task and seed with the same estimator by the two strategies, in the order of the rows.
 
     Where a strategy has several such runs (a robot's, in other configurations), they are paired by file names that
     are equal except for the strategy; what remains ambiguous is left out.
     """
     wanted = [row for row in rows if row.cost is not None and row.strategy in (first, second)]
     several = {trial for (trial, _), count in Counter((_trial(r), r.strategy) for r in wanted).items() if count > 1}
-    runs: dict[tuple[str, tuple[str, str, int], str], list[RunRow]] = {}
+    runs: dict[tuple[str, tuple[str, str, int, str], str], list[RunRow]] = {}
     for row in wanted:
         trial = _trial(row)
         runs.setdefault((row.strategy, trial, _without_strategy(row) if trial in several else ""), []).append(row)
@@ -99,8 +100,8 @@ def _difference(found: Sequence[tuple[RunRow, RunRow]]) -> str:
     return f"{number(abs(mean), 2)} {'more' if mean > 0 else 'less'}"
 
 
-def _trial(row: RunRow) -> tuple[str, str, int]:
-    return (row.place, row.scenario, row.seed)
+def _trial(row: RunRow) -> tuple[str, str, int, str]:
+    return (row.place, row.scenario, row.seed, without_memory(row.estimator))
 
 
 def _without_strategy(row: RunRow) -> str:

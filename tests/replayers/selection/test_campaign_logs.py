@@ -178,3 +178,18 @@ def test_json_names_them_too(
     assert [n["strategy"] for n in answer["not_replayed"]] == ["raising:Nope"]
     assert answer["left_out"] == []
     assert (answer["look_next"], len(answer["look_next_words"])) == ([], 1)
+
+
+def test_trials_with_the_beliefs_of_different_estimators_do_not_count_together(finds: Replays) -> None:
+    def of(*estimators: str) -> list[tuple[str, str, int]]:
+        by_log = dict(zip(map(str, FINDS), estimators, strict=True))
+        outcomes = tuple(msgspec.structs.replace(r, estimator=by_log[r.log]) for r in finds)
+        groups = trial_groups(replace(finds, outcomes=outcomes), NAMES, GroupBy.SCENARIO).groups
+        return [(group.name, group.beliefs, len(group.trials)) for group in groups]
+
+    assert of("counts@1", "best@2") == [
+        ("find, in simulation, beliefs of best", "best", 1),
+        ("find, in simulation, beliefs of counts", "counts", 1),
+    ]
+    assert [beliefs for _, beliefs, _ in of("best@1", "best@2")] == ["best@1", "best@2"], "other weights"
+    assert of("best@2", "best@2") == [("find, in simulation", "", 2)]

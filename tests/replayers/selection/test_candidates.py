@@ -9,6 +9,7 @@ import pytest
 from chat_server import chat_server, write_prompt
 
 import recorders
+import replayers
 from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.selection.campaign_logs import GroupBy, trial_groups
 from replayers.selection.candidates import estimators_named, named_estimators, replay_candidates
@@ -78,3 +79,39 @@ def test_estimators_are_called_by_the_least_that_tells_them_apart(tmp_path: Path
 def test_lists_that_name_no_candidates_are_one_line(text: str) -> None:
     with pytest.raises(BadValue, match="--estimator"):
         estimators_named(text)
+
+
+def test_logs_of_two_estimators_are_apart_unless_all_follow_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("counts", "fcnn"):
+        recorders.record(f"{name}.mcap", find="mug", strategy="pes-lios", estimator=name)
+    wanted = ["select", "counts.mcap", "fcnn.mcap", "-s", "pes-lios,conditioned-lios", "--worlds", "5"]
+    assert cli.run(wanted) == 0
+    shown = capsys.readouterr()
+    assert "find, in simulation, beliefs of counts: 1 trial in 1 place" in shown.out
+    assert "The logs hold the beliefs of counts, fcnn: " in shown.err
+    assert cli.run([*wanted, "--json"]) == 0
+    groups = json.loads(capsys.readouterr().out)["groups"]
+    assert {g["beliefs"]: [row["driven"] for row in g["after"][-1]["rows"]] for g in groups} == {
+        "counts": [1, 0],
+        "fcnn": [1, 0],
+    }
+    assert cli.run([*wanted, "--json", "--estimator", "fcnn"]) == 0
+    (group,) = json.loads(capsys.readouterr().out)["groups"]
+    assert group["beliefs"] is None
+    driven = {row["strategy"]: row["driven"] for row in group["after"][-1]["rows"]}
+    assert driven == {"pes-lios": 1, "conditioned-lios": 0}, "who followed the beliefs of counts drove no candidate"
+
+
+def test_a_memory_is_of_the_trial_and_not_another_estimator(tmp_path: Path) -> None:
+    memory = "+memory-"
+    recorders.record("first.mcap", find="mug", strategy="pes-lios", estimator="fcnn")
+    recorders.record("again.mcap", find="mug", strategy="pes-lios", estimator="fcnn", memory=["first.mcap"])
+    assert memory in replayers.read("again.mcap").info.estimator
+    logs = ["first.mcap", "again.mcap"]
+    for named in (("log",), ("fcnn",)):
+        settings = ReplaySettings(worlds=0, estimator_origin=NameOrigin.USER)
+        made = replay_candidates(logs, "pes-lios,conditioned-lios", named, settings=settings)
+        (group,) = trial_groups(made, ("pes-lios", "conditioned-lios"), GroupBy.SCENARIO).groups
+        assert [trial.driven for trial in group.trials] == ["pes-lios", "pes-lios"]
