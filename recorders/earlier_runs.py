@@ -1,19 +1,19 @@
 """The history of a place from logs of earlier runs, for a run that remembers them.
 
-Only `replayers` reads MCAP, and it builds on this package: its reader is found by its entry point, as commands are.
+Only `replayers` reads MCAP, and it builds on this package: its reader is found by our entry point.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from importlib.metadata import entry_points
 from pathlib import Path
 
 from workbench.beliefs.memory.history import History
 from workbench.beliefs.memory.memory import Memory
 from workbench.beliefs.memory.move_rates import MoveRates, read_rates, shipped_rates
 from workbench.errors import BadValue, Failed
+from workbench.plugins import own_entries
 from workbench.terminal import say
 from workbench.worlds.house import FloorPlan
 
@@ -35,7 +35,7 @@ def read_history(logs: Sequence[Path], place: FloorPlan) -> History:
         InputError: there is nothing to remember, a log that is named is of another place, or logs contradict one
             another.
     """
-    found = next(iter(entry_points(group=GROUP, name=NAME)), None)
+    found = next((entry for entry in own_entries(GROUP) if entry.name == NAME), None)
     if found is None:
         raise NoReader
     history: History = found.load()(logs, place)

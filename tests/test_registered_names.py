@@ -43,7 +43,7 @@ def test_defaults_are_those_of_the_commands(capsys: pytest.CaptureFixture[str]) 
 
 def test_an_installed_plug_in_is_listed_and_completed(monkeypatch: pytest.MonkeyPatch) -> None:
     entry = EntryPoint(name="rooms-first", value="own_planner:RoomsFirst", group="lios.strategies")
-    monkeypatch.setattr(registered_names, "installed_entries", lambda kind: (entry,))
+    monkeypatch.setattr(registered_names, "installed_entries", lambda kind, built_in: (entry,))
     assert registered_names.registered_names("strategies")[-1].line == "own_planner:RoomsFirst"
     assert completions(("--strategies", "-s"), "lios,roo") == ["lios,rooms-first"]
 

@@ -12,8 +12,7 @@ import sys
 from contextlib import ExitStack
 from difflib import get_close_matches
 from errno import EROFS
-from functools import cached_property
-from importlib.metadata import EntryPoint, PackageNotFoundError, distribution, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -23,6 +22,7 @@ from click.shell_completion import get_completion_class
 from workbench.debugging import debugging
 from workbench.errors import LiosError, WrongKind
 from workbench.parameters import command_of
+from workbench.plugins import CommandEntries
 from workbench.terminal import emit_text, say, wide_tables
 
 PANELS: dict[str, tuple[str, ...]] = {
@@ -82,29 +82,6 @@ Environment:
 lios COMMAND --help shows examples of each. --json prints machine-readable output."""
 
 
-class EntryPoints:
-    """The entry points of commands by full name: this distribution's own, and then those of others."""
-
-    GROUP = "lios.commands"
-
-    @cached_property
-    def own(self) -> dict[str, EntryPoint]:
-        """Empty for a source tree that was never installed."""
-        try:
-            found = distribution("lios-workbench").entry_points
-        except PackageNotFoundError:
-            return {}
-        return {entry.name: entry for entry in found if entry.group == self.GROUP}
-
-    @cached_property
-    def all(self) -> dict[str, EntryPoint]:
-        """This reads a file of every installed distribution."""
-        return {entry.name: entry for entry in entry_points(group=self.GROUP)} | self.own
-
-    def get(self, name: str) -> EntryPoint | None:
-        return self.own.get(name) or self.all.get(name)
-
-
 class Commands(click.Group):
     """A command group whose commands are entry points, each imported only when needed.
 
@@ -112,7 +89,7 @@ class Commands(click.Group):
         prefix: what the full names of its commands begin with.
     """
 
-    def __init__(self, name: str | None, found: EntryPoints, prefix: str = "", **kwargs: Any) -> None:
+    def __init__(self, name: str | None, found: CommandEntries, prefix: str = "", **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
         self._found = found
         self._prefix = prefix
@@ -153,12 +130,21 @@ class Commands(click.Group):
                 commands = [(n, self.get_command(ctx, n)) for n in names]
                 formatter.write_dl([(n, c.get_short_help_str(120)) for n, c in commands if c is not None])
 
+        self._tell_left_out()
+
+    def _tell_left_out(self) -> None:
+        """Says which commands that a user may look for here are not."""
+        for full, line in self._found.left_out.items():
+            if f"{full}.".startswith(self._prefix):
+                say(line)
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:
+            self._tell_left_out()
             near = get_close_matches(args[0], self.list_commands(ctx), n=2)
             if "Did you mean" in error.message or not near:
                 raise
@@ -212,7 +198,7 @@ def app() -> Commands:
     """The command tree."""
     return Commands(
         "lios",
-        EntryPoints(),
+        CommandEntries(),
         help="Record, replay, inspect and evaluate robot object search and task planning.",
         epilog=EPILOG,
         no_args_is_help=True,

@@ -1,21 +1,24 @@
-"""The resolver of plug-in names: which code a strategy's, policy's, estimator's or solver's name may run.
+"""The resolver of plug-in names: which code a strategy's, policy's, estimator's or solver's name may run; and the
+commands of installed packages.
 
-One rule holds for all four kinds. A built-in name is in its kind's own table and never comes here. Other names are
-entry points of installed packages, or, only where a user gives them, `module:Class` from the working folder or the
-installed packages. A log may come from anyone: a name that it gives is built in or installed, or it is refused.
+One rule holds for all four kinds. A built-in name is in its kind's own table and never comes here: an installed
+plug-in of that name is left out, which is told. Other names are entry points of installed packages, or, only where a
+user gives them, `module:Class` from the working folder or the installed packages. A log may come from anyone: a name
+that it gives is built in or installed, or it is refused.
 While such a name is resolved, the working folder is not on the import path, since it may have come with the log.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property, lru_cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, PackageNotFoundError, distribution, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from typing import final
@@ -24,6 +27,7 @@ from urllib.parse import urlsplit
 import msgspec
 
 from workbench.errors import UnknownName, Unsupported
+from workbench.terminal import say
 
 
 class NameOrigin(StrEnum):
@@ -136,17 +140,129 @@ def plugin(kind: PluginKind, name: str, *, origin: NameOrigin, known: Iterable[s
     return Plugin(kind=kind, name=name, origin=origin, entry=entry)
 
 
-def installed_names(kind: PluginKind) -> tuple[str, ...]:
-    """The names of a kind's installed plug-ins, sorted."""
-    return tuple(entry.name for entry in installed_entries(kind))
+def installed_names(kind: PluginKind, built_in: Callable[[str], bool] = lambda _: False) -> tuple[str, ...]:
+    """The names of a kind's installed plug-ins, sorted, without those that are built in."""
+    return tuple(entry.name for entry in installed_entries(kind, built_in))
 
 
-def installed_entries(kind: PluginKind) -> tuple[EntryPoint, ...]:
-    """The entry points of a kind's group, one for each name, sorted by name."""
+def installed_entries(kind: PluginKind, built_in: Callable[[str], bool] = lambda _: False) -> tuple[EntryPoint, ...]:
+    """The entry points of a kind's group, one for each name, sorted by name, without those that are built in."""
     found: dict[str, EntryPoint] = {}
     for entry in _installed(kind):
         found.setdefault(entry.name, entry)
-    return tuple(found[name] for name in sorted(found))
+    return tuple(entry for name, entry in sorted(found.items()) if not built_in(name))
+
+
+def left_out(kind: PluginKind, built_in: Callable[[str], bool]) -> tuple[str, ...]:
+    """What is installed and cannot be named, since a built-in one or that of another package has the name; a line
+    each."""
+    first: dict[str, EntryPoint] = {}
+    lines: list[str] = []
+    for entry in _installed(kind):
+        if built_in(entry.name):
+            lines.append(_taken(kind, entry, "a built-in one has its name"))
+        elif first.setdefault(entry.name, entry) is not entry:
+            lines.append(_taken(kind, entry, f"that of {package_of(first[entry.name])} has its name"))
+    return tuple(lines)
+
+
+@lru_cache(maxsize=256)
+def tell_left_out(kind: PluginKind, name: str) -> None:
+    """Says, once a process, which installed plug-ins do not run although a user gave their name: the built-in one
+    does."""
+    for entry in _installed(kind):
+        if entry.name == name:
+            say(f"note: {_taken(kind, entry, 'a built-in one has its name')}")
+
+
+def taken_name(name: str) -> str:
+    """Why a plug-in of this own name is of no use, where a built-in one has it: tables and logs could not tell them
+    apart."""
+    return f"it calls itself {quoted(name)}, which is the name of a built-in one"
+
+
+def package_of(entry: EntryPoint) -> str:
+    """The package that an entry point is of."""
+    return entry.dist.name if entry.dist is not None else "another package"
+
+
+def _taken(kind: PluginKind, entry: EntryPoint, why: str) -> str:
+    return f"{kind.noun} {entry.name!r} of {package_of(entry)} is left out: {why}. It needs another one."
+
+
+class CommandEntries:
+    """The entry points of commands by full name: this distribution's own, and then those of others.
+
+    A name of ours, of a command or a group, is nobody else's, and nothing is put below one of our commands. The same
+    holds for the packages among themselves, the first by name before the others.
+    """
+
+    GROUP = "lios.commands"
+
+    @cached_property
+    def own(self) -> dict[str, EntryPoint]:
+        """Empty for a source tree that was never installed."""
+        return {entry.name: entry for entry in own_entries(self.GROUP)}
+
+    @cached_property
+    def all(self) -> dict[str, EntryPoint]:
+        """This reads a file of every installed distribution."""
+        return self._others[0] | self.own
+
+    @cached_property
+    def left_out(self) -> dict[str, str]:
+        """The lines that say whose commands are left out, by the full names of these commands."""
+        return self._others[1]
+
+    @cached_property
+    def _others(self) -> tuple[dict[str, EntryPoint], dict[str, str]]:
+        kept: dict[str, EntryPoint] = {}
+        lines: dict[str, str] = {}
+        ours = {(entry.name, entry.value) for entry in self.own.values()}
+        found = (e for e in entry_points(group=self.GROUP) if (e.name, e.value) not in ours)
+        for entry in sorted(found, key=lambda e: (package_of(e), e.name)):
+            taken = _taken_by(entry.name, self.own | kept)
+            if taken is None:
+                kept[entry.name] = entry
+                continue
+            lines[entry.name] = (
+                f"note: command {_words(entry.name)} of {package_of(entry)} is left out: "
+                f"{_whose(taken, entry.name, self.own)}. It needs another name."
+            )
+        return kept, lines
+
+    def get(self, name: str) -> EntryPoint | None:
+        return self.own.get(name) or self.all.get(name)
+
+
+def _words(name: str) -> str:
+    """The full name of a command, as it is typed."""
+    return f'"{name.replace(".", " ")}"'
+
+
+def _whose(taken: EntryPoint, name: str, own: Mapping[str, EntryPoint]) -> str:
+    """Who has a command's name, in words."""
+    owner = "lios" if taken.name in own else package_of(taken)
+    if name.startswith(f"{taken.name}."):
+        return f"{_words(taken.name)} of {owner} is no group"
+    return f"{owner} has a {'command' if taken.name == name else 'group'} of that name"
+
+
+def _taken_by(name: str, found: dict[str, EntryPoint]) -> EntryPoint | None:
+    """The command that has a name, is in a group of that name, or stands above it; None where it is free."""
+    dotted = f"{name}."
+    return next(
+        (e for full, e in found.items() if f"{full}.".startswith(dotted) or dotted.startswith(f"{full}.")), None
+    )
+
+
+def own_entries(group: str) -> tuple[EntryPoint, ...]:
+    """This distribution's own entry points of a group; none for a source tree that was never installed."""
+    try:
+        found = distribution("lios-workbench").entry_points
+    except PackageNotFoundError:
+        return ()
+    return tuple(entry for entry in found if entry.group == group)
 
 
 def installed_module(name: str) -> ModuleSpec | None:
@@ -211,9 +327,9 @@ def _without(folder: Path) -> Generator[None]:
 
 
 def _installed(kind: PluginKind) -> tuple[EntryPoint, ...]:
-    """A package whose metadata is merely in the working folder is not installed."""
+    """By name and package. A package whose metadata is merely in the working folder is not installed."""
     with import_path(NameOrigin.LOG):
-        return tuple(entry_points(group=kind.group))
+        return tuple(sorted(entry_points(group=kind.group), key=lambda entry: (entry.name, package_of(entry))))
 
 
 def _editable_folder(entry: EntryPoint | None) -> Path | None:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from workbench.plugins import ESTIMATOR, POLICY, SOLVER, STRATEGY, PluginKind, installed_entries
+from workbench.plugins import ESTIMATOR, POLICY, SOLVER, STRATEGY, PluginKind, installed_entries, left_out
 
 STRATEGIES: Mapping[str, str] = MappingProxyType(
     {
@@ -135,10 +135,29 @@ def registered_names(kind: str) -> tuple[RegisteredName, ...]:
         return ours
     others = (
         RegisteredName(name=entry.name, line=entry.value, source=entry.dist.name if entry.dist else "")
-        for entry in installed_entries(plugins)
-        if entry.name not in lines
+        for entry in installed_entries(plugins, lambda name: _is_built_in(kind, name))
     )
     return (*ours, *others)
+
+
+def left_out_names(kind: str) -> tuple[str, ...]:
+    """The installed plug-ins of a kind whose names are taken, in one line each."""
+    plugins = _BUILT_IN[kind][1]
+    return left_out(plugins, lambda name: _is_built_in(kind, name)) if plugins is not None else ()
+
+
+def _is_built_in(kind: str, name: str) -> bool:
+    """Whether a built-in one wins over an installed one of that name; aliases too. Asked of installed ones alone,
+    since it imports the registries."""
+    if kind == "strategies":
+        from workbench.planning.strategies import is_built_in
+    elif kind == "estimators":
+        from workbench.beliefs.estimators import is_built_in
+    elif kind == "solvers":
+        from workbench.planning.solvers.registry import is_built_in
+    else:
+        from workbench.search.policies.registry import is_built_in
+    return is_built_in(name)
 
 
 def completions(option_spellings: tuple[str, ...], incomplete: str) -> list[str]:

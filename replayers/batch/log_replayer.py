@@ -24,7 +24,7 @@ from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, p
 from replayers.counterfactual.replay import WORLDS, Replay, over_log_alone, replay_on
 from replayers.counterfactual.sandbox import is_foreign
 from replayers.runs.run import Run, read
-from workbench.beliefs.estimators import ESTIMATORS
+from workbench.beliefs.estimators import ESTIMATORS, is_built_in
 from workbench.errors import FileMissing, LiosError, MalformedFile
 from workbench.execution.events import RunStatus
 from workbench.planning.strategies import needs_truth, strategy
@@ -137,7 +137,7 @@ class LogReplayer:
         distinguishes."""
         believer = self._request.settings.estimator
         if believer == "log":
-            changes = self.run.info.estimator.partition("@")[0] in installed_names(ESTIMATOR)
+            changes = self.run.info.estimator.partition("@")[0] in installed_names(ESTIMATOR, is_built_in)
         else:
             changes = believer != "first" and believer not in ESTIMATORS
         return changes or self._request.is_foreign(name)

@@ -15,7 +15,7 @@ from replayers.batch.replay_all import LogFailed, Outcome, ReplayRequest, logs_a
 from replayers.batch.split_runs import join_first, parts_of_one_run
 from replayers.batch.store import StoredReplay, replays_html, replays_in
 from replayers.counterfactual.prepared_log import ReplaySettings
-from replayers.counterfactual.sandbox import is_foreign, loading_fault, require_planner
+from replayers.counterfactual.sandbox import is_foreign, loaded_once, require_planner
 from replayers.runs.run import Run
 from workbench.errors import BadValue
 from workbench.files import make_folder
@@ -210,6 +210,7 @@ def _not_loaded(names: tuple[str, ...], settings: ReplaySettings) -> dict[str, s
 
     Raises:
         StrategyNotLoaded: there is no other strategy.
+        BadValue: none is named; or two call themselves alike, so that no table could tell them apart.
     """
     if not names:
         raise BadValue("strategies", names, "at least one name")
@@ -217,9 +218,14 @@ def _not_loaded(names: tuple[str, ...], settings: ReplaySettings) -> dict[str, s
         require_planner(name)
     foreign = [name for name in names if is_foreign(name, origin=NameOrigin.USER)]
     in_process = settings.in_process
-    faults = {name: loading_fault(name, in_process=in_process) for name in foreign}
-    found = {name: fault.reason for name, fault in faults.items() if fault is not None}
+    loaded = {name: loaded_once(name, in_process=in_process) for name in foreign}
+    found = {name: fault.reason for name, (_, fault) in loaded.items() if fault is not None}
     if len(found) == len(names):
         name, why = next(iter(found.items()))
         raise StrategyNotLoaded(name, why)
+    by_own: dict[str, str] = {}
+    for name, (own, fault) in loaded.items():
+        if fault is None and by_own.setdefault(own, name) != name:
+            wanted = f"strategies of different names: {by_own[own]} too calls itself {own!r}"
+            raise BadValue("strategy", name, wanted)
     return found

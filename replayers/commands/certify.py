@@ -37,7 +37,7 @@ def certify(
     from replayers.certificates.claim import open_branches, sealed, write_claim
     from replayers.counterfactual.logged_belief import may_ask_estimator
     from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
-    from replayers.counterfactual.sandbox import is_foreign, loading_fault
+    from replayers.counterfactual.sandbox import is_foreign, loaded_once
     from replayers.runs.run import read
     from workbench.errors import OutputExists
     from workbench.planning.strategies import StrategyNotLoaded
@@ -51,7 +51,7 @@ def certify(
     may_ask = may_ask_estimator(estimator, ask=ask)
     settings = ReplaySettings(worlds=0, estimator=estimator, estimator_origin=NameOrigin.USER, ask=may_ask)
     prepared = prepare_log(run, settings, with_paths=False)
-    fault = loading_fault(name) if is_foreign(name, origin=origin) else None
+    fault = loaded_once(name)[1] if is_foreign(name, origin=origin) else None
     if fault is not None:
         raise StrategyNotLoaded(name, fault.reason)
     with prepared.planner(name, origin=origin) as planner:

@@ -31,7 +31,7 @@ from workbench.planning.strategies import (
     canonical_name,
     is_strategy,
     strategy_plugin,
-    why_no_strategy,
+    why_refused,
 )
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
@@ -131,15 +131,15 @@ def require_planner(name: str) -> None:
             raise StrategyNotLoaded(name, f"there is no module {top} here or installed")
 
 
-def loading_fault(name: str, *, in_process: bool = False) -> PlannerAnswer | None:
-    """What keeps a planner from loading under a user's name, as a misspelt class does; None if nothing does.
+def loaded_once(name: str, *, in_process: bool = False) -> tuple[str, PlannerAnswer | None]:
+    """A planner's own name, and what keeps it from loading, as a misspelt class does; None if nothing does.
 
     One that asks for the truth is there; what becomes of it is a replay's status.
     """
     kind = InThisProcess if in_process else Sandboxed
     with kind(name, origin=NameOrigin.USER) as planner:
         fault = planner.fault
-    return None if fault is None or fault.kind is AnswerKind.ASKED_FOR_TRUTH else fault
+    return planner.name, None if fault is None or fault.kind is AnswerKind.ASKED_FOR_TRUTH else fault
 
 
 def foreign_planner(
@@ -382,13 +382,13 @@ def load_foreign(found: Plugin) -> Strategy:
 
     Raises:
         AskedForTruth: it cannot be made without the house.
-        TypeError: it is no strategy.
+        TypeError: it is no strategy, or calls itself as a built-in one does.
     """
     made: Any = found.load()
     if isinstance(made, type) or not is_strategy(made):
         made = _make(made)
-    if not is_strategy(made):
-        raise TypeError(f"{found.name} is {why_no_strategy(made)}")
+    if (refused := why_refused(made)) is not None:
+        raise TypeError(f"{found.name}: {refused}")
     return made
 
 

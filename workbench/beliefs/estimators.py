@@ -25,7 +25,7 @@ from workbench.beliefs.counts import counts_from
 from workbench.beliefs.guarded_estimator import GuardedEstimator
 from workbench.beliefs.weights import Weights, read_weights
 from workbench.errors import UnknownName, Unsupported
-from workbench.plugins import ESTIMATOR, NameOrigin, NotFromLog, PluginNotLoaded, plugin
+from workbench.plugins import ESTIMATOR, NameOrigin, NotFromLog, PluginNotLoaded, plugin, taken_name, tell_left_out
 
 EstimatorFactory = Callable[[Weights], Estimator]
 """Makes an estimator from its weights."""
@@ -110,8 +110,15 @@ def estimator(
             raise UnknownName("estimator", name, ESTIMATORS)
         return wrapped_estimator(_from_outside(name, origin), known, may_ask=may_ask, limit_s=limit_s)
     if weights is None:
+        if origin is NameOrigin.USER:
+            tell_left_out(ESTIMATOR, name)
         return _shipped(name)
     return ESTIMATORS[name](read_weights(weights, estimator=WEIGHTS_OF.get(name, name)))
+
+
+def is_built_in(name: str) -> bool:
+    """Whether a name stands for an estimator of the table, or for a file."""
+    return name in ESTIMATORS or name.endswith((WEIGHTS_SUFFIX, PROMPT_SUFFIX))
 
 
 def wrapped_estimator(
@@ -162,6 +169,9 @@ def _from_outside(name: str, origin: NameOrigin) -> object:
         raise PluginNotLoaded(
             ESTIMATOR, name, f"it is {type(made).__name__}; an estimator has name and believe(knowledge, item_types)"
         )
+    own = cast(Estimator, made).name
+    if own in ESTIMATORS:  # ours have the hash of their weights behind it
+        raise PluginNotLoaded(ESTIMATOR, name, taken_name(own))
     return made
 
 

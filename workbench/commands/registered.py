@@ -43,7 +43,7 @@ solvers = _lister(
 
 
 def _list(kind: str, own: str, *, json: bool) -> None:
-    from workbench.registered_names import registered_names
+    from workbench.registered_names import left_out_names, registered_names
     from workbench.terminal import emit_json, emit_table, say
 
     defaults = _defaults(kind)
@@ -60,13 +60,15 @@ def _list(kind: str, own: str, *, json: bool) -> None:
             {"name": k.name, "line": k.line, "source": k.source, "default_of": list(defaults.get(k.name, ()))}
             for k in registered_names(kind)
         ]
-        emit_json({"rows": answer})
+        emit_json({"rows": answer, "left_out": left_out_names(kind)})
         return
     shown = (
         rows if any(row["default of"] for row in rows) else [{k: row[k] for k in ("name", "what")} for row in rows]
     )
     emit_table(shown)
     say(own)
+    for line in left_out_names(kind):
+        say(f"note: {line}")
 
 
 def _defaults(kind: str) -> dict[str, tuple[str, ...]]:

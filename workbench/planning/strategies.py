@@ -20,7 +20,17 @@ from workbench.planning.guarded_strategy import GuardedStrategy
 from workbench.planning.oracle import Oracle
 from workbench.planning.rollouts.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory
-from workbench.plugins import STRATEGY, NameOrigin, Plugin, PluginNotLoaded, import_path, installed_names, plugin
+from workbench.plugins import (
+    STRATEGY,
+    NameOrigin,
+    Plugin,
+    PluginNotLoaded,
+    import_path,
+    installed_names,
+    plugin,
+    taken_name,
+    tell_left_out,
+)
 from workbench.search.policies.registry import policy
 from workbench.third_party.calls import LOADING_S, TimeLimitReached, redirected_and_timed
 from workbench.worlds.house import House
@@ -163,6 +173,8 @@ def strategy(name: str, *, origin: NameOrigin = NameOrigin.LOG, house: House | N
     if at and canonical_name(base) is not None:
         return _with_solver(strategy(base, origin=origin, house=house), solver_name, origin)
     known = canonical_name(name)
+    if known is not None and origin is NameOrigin.USER:
+        tell_left_out(STRATEGY, name)
     if known in NEEDS_TRUTH:
         return _built_in(known, origin, house)
     if known is not None:
@@ -237,6 +249,11 @@ def canonical_name(name: str) -> str | None:
     return next((ours for ours, paper in PAPER_NAMES.items() if paper.lower() == wanted), None)
 
 
+def is_built_in(name: str) -> bool:
+    """Whether a name, alias or the paper's spelling, with any solver, stands for a strategy of the table."""
+    return canonical_name(name.partition("@")[0]) is not None
+
+
 def needs_truth(name: str) -> bool:
     """Whether a strategy, with any solver, needs the true house."""
     return canonical_name(name.partition("@")[0]) in NEEDS_TRUTH
@@ -255,7 +272,7 @@ def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
         with_truth: whether to include strategies that need the true house.
     """
     ours = tuple(name for name in STRATEGIES if with_truth or name not in NEEDS_TRUTH)
-    return (*ours, *(name for name in installed_names(STRATEGY) if name not in STRATEGIES))
+    return (*ours, *installed_names(STRATEGY, is_built_in))
 
 
 def _plugin_strategy(found: Plugin) -> Strategy:
@@ -272,11 +289,24 @@ def _plugin_strategy(found: Plugin) -> Strategy:
         raise StrategyNotLoaded(found.name, f"it was not loaded within {LOADING_S:g} s") from None
     except (Exception, SystemExit) as error:
         raise StrategyNotLoaded(found.name, f"{type(error).__name__}: {' '.join(str(error).split())}") from error
-    if not is_strategy(made):
-        raise StrategyNotLoaded(found.name, f"it is {why_no_strategy(made)}")
+    refused = why_refused(made)
+    if refused is not None:
+        raise StrategyNotLoaded(found.name, refused)
     return cast(
         Strategy, made if isinstance(made, Composed | Scout | Oracle) else GuardedStrategy(cast(Strategy, made))
     )
+
+
+def why_refused(made: object) -> str | None:
+    """Why what a user's code made cannot be used: it is no strategy, or it calls itself as a built-in one does and is
+    another; None for one that can."""
+    if not is_strategy(made):
+        return f"it is {why_no_strategy(made)}"
+    name = cast(Strategy, made).name
+    if not is_built_in(name):
+        return None
+    ours = isinstance(made, Composed | Scout) and made == strategy(name)
+    return None if ours else taken_name(name)
 
 
 def why_no_strategy(made: object) -> str:

@@ -15,7 +15,17 @@ from workbench.errors import MissingExtra, Unsupported
 from workbench.planning.solvers.external import EngineUse, PddlCommand, UnifiedPlanning, engine_use, engines_here
 from workbench.planning.solvers.fast_downward import FastDownward, downward_home
 from workbench.planning.solvers.protocol import BuiltIn, Solver
-from workbench.plugins import SOLVER, NameOrigin, NotFromLog, Plugin, PluginNotLoaded, import_path, plugin
+from workbench.plugins import (
+    SOLVER,
+    NameOrigin,
+    NotFromLog,
+    Plugin,
+    PluginNotLoaded,
+    import_path,
+    plugin,
+    taken_name,
+    tell_left_out,
+)
 
 SOLVERS: Mapping[str, Callable[[], Solver]] = MappingProxyType(
     {
@@ -33,6 +43,9 @@ SOLVERS: Mapping[str, Callable[[], Solver]] = MappingProxyType(
     }
 )
 """up-ENGINE is an engine of unified-planning; "command:..." a planner's command line."""
+
+OURS = (BuiltIn, FastDownward, UnifiedPlanning, PddlCommand)
+"""What a function that picks a solver may return under a name of ours."""
 
 ENGINE = "up-"
 
@@ -83,13 +96,18 @@ def solver_plugin(name: str, *, origin: NameOrigin) -> Plugin | None:
     Raises:
         UnknownName, NotFromLog: as solver.
     """
-    if name in SOLVERS or name.startswith(ENGINE):
-        return None
-    if name.startswith(COMMAND):
-        if origin is not NameOrigin.USER:
+    if is_built_in(name):
+        if origin is NameOrigin.USER:
+            tell_left_out(SOLVER, name)
+        elif name.startswith(COMMAND):
             raise NotFromLog(SOLVER, name)
         return None
     return plugin(SOLVER, name, origin=origin, known=(*SOLVERS, "up-ENGINE", "command:LINE", "module:Class"))
+
+
+def is_built_in(name: str) -> bool:
+    """Whether a name stands for a solver of the table, an engine of unified-planning or a command line."""
+    return name in SOLVERS or name.startswith((ENGINE, COMMAND))
 
 
 def solver_of_extra(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver:
@@ -148,6 +166,8 @@ def _from_outside(found: Plugin) -> Solver:
         raise PluginNotLoaded(
             SOLVER, found.name, f"it is {type(made).__name__}; a solver has name and solve(problem, budget_s=...)"
         )
+    if is_built_in(cast(Solver, made).name) and not isinstance(made, OURS):
+        raise PluginNotLoaded(SOLVER, found.name, taken_name(cast(Solver, made).name))
     return cast(Solver, made)
 
 

@@ -10,7 +10,16 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import cast
 
-from workbench.plugins import POLICY, NameOrigin, Plugin, PluginNotLoaded, installed_names, plugin
+from workbench.plugins import (
+    POLICY,
+    NameOrigin,
+    Plugin,
+    PluginNotLoaded,
+    installed_names,
+    plugin,
+    taken_name,
+    tell_left_out,
+)
 from workbench.search.policies.full_tour import FullTour
 from workbench.search.policies.least_expected_cost import LeastExpectedCost
 from workbench.search.policies.most_probable import MostProbable
@@ -58,6 +67,8 @@ def policy(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> SearchPolicy:
     """
     wanted = canonical_policy(name)
     if wanted is not None:
+        if origin is NameOrigin.USER:
+            tell_left_out(POLICY, name)
         return POLICIES[wanted]()
     return _from_outside(plugin(POLICY, name, origin=origin, known=POLICIES))
 
@@ -70,6 +81,11 @@ def canonical_policy(name: str) -> str | None:
     return wanted if wanted in POLICIES else joined.get(wanted)
 
 
+def is_built_in(name: str) -> bool:
+    """Whether a name, or the paper's spelling, stands for a policy of the table."""
+    return canonical_policy(name) is not None
+
+
 def policy_names(*, looks_miss: bool = False) -> tuple[str, ...]:
     """All policies that do not need the true house: the table in its order, then installed plug-ins, sorted.
 
@@ -78,7 +94,7 @@ def policy_names(*, looks_miss: bool = False) -> tuple[str, ...]:
     """
     left_out = WHERE_ROBOT_SEES if looks_miss else (*WHERE_LOOKS_MISS, *WHERE_ROBOT_SEES)
     ours = tuple(name for name in POLICIES if name not in left_out)
-    return (*ours, *(name for name in installed_names(POLICY) if name not in POLICIES))
+    return (*ours, *installed_names(POLICY, is_built_in))
 
 
 def _from_outside(found: Plugin) -> SearchPolicy:
@@ -93,7 +109,14 @@ def _from_outside(found: Plugin) -> SearchPolicy:
         raise PluginNotLoaded(
             POLICY, found.name, f"it is {type(made).__name__}; a search policy has name and order(query)"
         )
+    if is_built_in(cast(SearchPolicy, made).name) and not _is_ours(made):
+        raise PluginNotLoaded(POLICY, found.name, taken_name(cast(SearchPolicy, made).name))
     return cast(SearchPolicy, made)
+
+
+def _is_ours(made: object) -> bool:
+    """Whether a policy is one of the table, as a function that picks one returns it."""
+    return any(made == make() for make in POLICIES.values())
 
 
 def _is_policy(thing: object) -> bool:
