@@ -103,9 +103,10 @@ def room_for_more(
     """
     found: list[MayHoldMore] = []
     for container in unseen:
-        gone = _gone(container, knowledge) if knowledge.first_seen.get(container) else None
-        if not gone:
+        first = knowledge.first_seen.get(container)
+        if not first or knowledge.items_at.get(LocationId(container)) == first:
             continue
+        gone = _gone(container, knowledge)
         shown = Counter(item.type for item in knowledge.first_seen[container])
         for t in sorted(gone.keys() & set(relevance.live(knowledge))):
             most = relevance.most[t] - (shown[t] - gone[t])

@@ -77,7 +77,7 @@ def put_down_plans() -> PutDownPlans:
     )
 
 
-@kernel()
+@kernel(inline="always")
 def may_be_put_down(
     metres: Floats,
     legs: Floats,

@@ -245,7 +245,7 @@ def _candidates(p: Floats, from_m: Floats, to_m: Floats, rules: DecisionRules) -
     return greatest(score, count)
 
 
-@kernel()
+@kernel(inline="always")
 def _cheapest_legs(
     task: DeliveryTask,
     rules: DecisionRules,
@@ -282,7 +282,7 @@ def _cheapest_legs(
     return legs
 
 
-@kernel()
+@kernel(inline="always")
 def _along(
     task: DeliveryTask,
     rules: DecisionRules,
