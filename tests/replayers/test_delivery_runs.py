@@ -74,7 +74,7 @@ def test_segments_are_those_of_the_strategy_in_random_states(evidence: Evidence,
         assert list(map(done_by, quick.decided)) == list(map(done_by, asked.decided))
         assert all(isinstance(one, Asked) for one in asked.decided)
         unasked += sum(isinstance(one, Unasked) for one in quick.decided)
-    assert unasked > STATES / 6
+    assert unasked >= STATES / 10
 
 
 def test_other_strategies_tasks_and_places_are_left_to_the_strategy(evidence: Evidence) -> None:
