@@ -197,7 +197,7 @@ def to_stored(prepared: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         true_status=made.true_status,
         groups=bounds.groups if bounds else (),
         if_beliefs_stand=made.if_beliefs_stand.figures if made.if_beliefs_stand else None,
-        drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
+        drawn=tuple(made.drawn.tolist()) if made.drawn is not None else (),
         draws=prepared.draws,
         asked=made.asked,
         steady_beliefs=prepared.static_beliefs,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import reduce
+from functools import lru_cache, reduce
 from itertools import combinations_with_replacement, product
 from math import prod
 from operator import or_
@@ -33,6 +33,9 @@ NOTHING: Answer = ()
 MAX_ANSWERS = 64
 """An open container of a kitchen can hold any of a thousand subsets of what a breakfast may use. With more answers
 than this, those with the fewest items are followed, and all others together get outer bounds."""
+
+MAX_CACHED = 4096
+"""Sets of answers, and the items that answers stand for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,11 +116,7 @@ class Relevance:
             last_chance = open_left == 0 and not self.hidden and t in self.must_exist
             least = 1 if last_chance and t not in seen and t not in before else 0
             counts.append((least, max(most, least)))
-        if prod(high - low + 1 for low, high in counts) > MAX_ANSWERS:
-            return _smallest_answers(live, counts), True
-        every = product(*(range(low, high + 1) for low, high in counts))
-        answers = (tuple(t for t, n in zip(live, ns, strict=True) for _ in range(n)) for ns in every)
-        return tuple(sorted(answers, key=lambda a: (len(a), a))), False
+        return _answers_with(live, tuple(counts), MAX_ANSWERS)
 
 
 def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Assumptions) -> Relevance:
@@ -173,8 +172,19 @@ def imputed_items(answer: Answer, container: ContainerId, shown: Iterable[Item] 
     Args:
         shown: what the log shows in the container, where the answer is what was overlooked there; no id comes twice.
     """
-    mark = "|imputed|" if shown is None else OVERLOOKED
-    taken = {item.id for item in shown or ()}
+    if not answer:
+        return ()
+    return _imputed(answer, container) if shown is None else _named(answer, container, OVERLOOKED, shown)
+
+
+@lru_cache(maxsize=MAX_CACHED)
+def _imputed(answer: Answer, container: ContainerId) -> tuple[Item, ...]:
+    return _named(answer, container, "|imputed|", ())
+
+
+def _named(answer: Answer, container: ContainerId, mark: str, shown: Iterable[Item]) -> tuple[Item, ...]:
+    """Instances whose ids hold a mark; no id comes twice."""
+    taken = {item.id for item in shown}
     counted: Counter[ItemType] = Counter()
     items: list[Item] = []
     for t in answer:
@@ -185,14 +195,29 @@ def imputed_items(answer: Answer, container: ContainerId, shown: Iterable[Item] 
     return tuple(items)
 
 
-def _smallest_answers(live: tuple[ItemType, ...], counts: list[tuple[int, int]]) -> tuple[Answer, ...]:
+@lru_cache(maxsize=MAX_CACHED)
+def _answers_with(
+    live: tuple[ItemType, ...], counts: tuple[tuple[int, int], ...], at_most: int
+) -> tuple[tuple[Answer, ...], bool]:
+    """The answers that hold, of each type, between so many items and so many, the empty one first; and whether there
+    are others besides."""
+    if prod(high - low + 1 for low, high in counts) > at_most:
+        return _smallest_answers(live, counts, at_most), True
+    every = product(*(range(low, high + 1) for low, high in counts))
+    answers = (tuple(t for t, n in zip(live, ns, strict=True) for _ in range(n)) for ns in every)
+    return tuple(sorted(answers, key=lambda a: (len(a), a))), False
+
+
+def _smallest_answers(
+    live: tuple[ItemType, ...], counts: tuple[tuple[int, int], ...], at_most: int
+) -> tuple[Answer, ...]:
     """The answers with the fewest items, as many as are explored."""
     at_least = tuple(t for t, (low, _) in zip(live, counts, strict=True) for _ in range(low))
     room = {t: high - low for t, (low, high) in zip(live, counts, strict=True)}
     found: list[Answer] = []
     for size in range(sum(room.values()) + 1):
         for more in combinations_with_replacement(live, size):
-            if len(found) == MAX_ANSWERS:
+            if len(found) == at_most:
                 return tuple(found)
             if all(more.count(t) <= room[t] for t in more):
                 found.append(tuple(sorted((*at_least, *more))))

@@ -18,7 +18,7 @@ from replayers.batch.next_look import rank_looks
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.estimates.estimate import costs_in, estimate_of, mass_within, predictive_interval
-from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, marked, sample_worlds, worlds_of
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy, run_tree_of
 from replayers.evaluation.calibration import pit_below, pit_distance, pit_histogram, pit_interval, share_within
@@ -113,8 +113,12 @@ def test_worlds_that_go_down_the_tree_together_end_as_each_does_alone(name: str,
 
 def test_answers_name_the_types_that_still_matter(tmp_path: Path) -> None:
     worlds = drawn(tmp_path, MUG, exists=False, count=20)
-    assert worlds.answers(DESK, (MUG,)) == tuple((MUG,) if there else () for there in worlds.inside[:, 0, 1])
-    assert set(worlds.answers(DESK, ())) == {()}
+    assert [worlds.answer(world, DESK, (MUG,)) for world in range(len(worlds))] == [
+        (MUG,) if there else () for there in worlds.inside[:, 0, 1]
+    ]
+    assert worlds.answers(DESK, ()) == (((), worlds_of(np.ones(len(worlds), dtype=bool))),)
+    for answer, some in worlds.answers(DESK, (MUG,)):
+        assert (marked(some, len(worlds)) == (worlds.inside[:, 0, 1] == bool(answer))).all()
 
 
 def test_more_worlds_narrow_the_interval_of_the_mean_but_not_of_the_cost() -> None:

@@ -187,7 +187,8 @@ class BoundSearch:
         """Descends the branch that decides an end (or any that is not exhausted), expands its last node, and backs
         up."""
         node, cost, path = self._tree.root, 0.0, list[Node]()
-        while node in self._followed:
+        followed, stale = self._followed, self._stale
+        while node in followed:
             path.append(node)
             branches = self._branches[node]
             if not branches:
@@ -196,7 +197,8 @@ class BoundSearch:
             cost += behind
         self._expand(node)
         for passed in reversed(path):
-            self._update_from_children(passed)
+            if passed in stale:
+                self._update_from_children(passed)
 
     def _branches_of(self, node: Node) -> Branches:
         """The nodes after a node, each with the cost from it: by what its look shows, and by a tag that is seen in
@@ -207,14 +209,28 @@ class BoundSearch:
         return [*looked, *self._tree.seen_in_passing(node)]
 
     def _choice(self, branches: Branches, side: Side | None, cost: float) -> tuple[float, Node]:
-        """The branch that decides an end of the root's interval."""
-        left = [(behind, node) for behind, node in branches if not self._intervals[node].spent]
-        among = left or branches
+        """The branch that decides an end of the root's interval, of those that are not exhausted if there are such;
+        of equal ones the first."""
+        intervals, failure = self._intervals, self._failure
+        found: tuple[float, Node] | None = None
+        least = inf
+        for branch in branches:
+            interval = intervals[branch[1]]
+            if interval.spent:
+                continue
+            if side is None:
+                return branch
+            way = cost + branch[0]
+            value = interval.lower(way, failure) if side == "low" else -interval.upper(way, failure)
+            if found is None or value < least:
+                found, least = branch, value
+        if found is not None:
+            return found
         if side == "low":
-            return min(among, key=lambda b: self._intervals[b[1]].lower(cost + b[0], self._failure))
+            return min(branches, key=lambda b: intervals[b[1]].lower(cost + b[0], failure))
         if side == "high":
-            return max(among, key=lambda b: self._intervals[b[1]].upper(cost + b[0], self._failure))
-        return among[0]
+            return max(branches, key=lambda b: intervals[b[1]].upper(cost + b[0], failure))
+        return branches[0]
 
     def _expand(self, node: Node) -> None:
         """Runs on from a node and gives its children outer bounds."""
@@ -264,8 +280,9 @@ class BoundSearch:
         if node not in self._stale:
             return
         self._stale.discard(node)
-        segment, before = self._tree.advance(node), self._intervals[node]
-        below = [(behind, self._intervals[child]) for behind, child in self._branches[node]]
+        intervals = self._intervals
+        segment, before = self._tree.advance(node), intervals[node]
+        below = [(behind, intervals[child]) for behind, child in self._branches[node]]
         if segment.unobserved is None:
             interval = CostInterval.over([(0.0, CostInterval.at_end(segment.cost, done=segment.done)), *below])
         else:
@@ -274,7 +291,7 @@ class BoundSearch:
             interval = CostInterval.over(below)
             interval.narrow_to(before)
         if interval != before:
-            self._intervals[node] = interval
+            intervals[node] = interval
             self._stale.update(self._parents.get(node, ()))
 
     def _attaining_leaf(self, side: Side) -> Leaf | None:
@@ -343,7 +360,9 @@ class BoundSearch:
             for answer in reversed(unobserved.options):
                 assigned = Assignment(container=unobserved.container, live=unobserved.live, answer=answer)
                 child = node.children[answer]
-                below = self._intervals[child].narrowed_to(interval, behind=behind)
+                below = self._intervals[child]
+                if not below.whole:  # otherwise it holds nothing but costs that were attained
+                    below = below.narrowed_to(interval, behind=behind)
                 waiting.append((child, below, cost, (*filled, assigned)))
 
     def _may_expand(self, node: Node) -> bool:
@@ -371,7 +390,9 @@ class BoundSearch:
         if not whole.whole and not straight:
             upper = inf
             lower = min(lower, failure)
-        by_tags = any(self._tree.seen_in_passing(node) for node in self._followed if self._may_expand(node))
+        by_tags = self._tree.evidence.tags is not None and any(
+            self._tree.seen_in_passing(node) for node in self._followed if self._may_expand(node)
+        )
         groups = () if by_tags else tuple(islice(self._world_groups(), MAX_WORLD_GROUPS + 1))
         above = Proof.NONE if upper == inf else Proof.STRAIGHT
         return Bounds(

@@ -6,13 +6,12 @@ Bounds are in bounds.py, and calibration.py measures how often such estimates ho
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import ceil, sqrt
+from collections.abc import Iterator
+from math import ceil, inf, sqrt
 
 import numpy as np
 
-from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
-from replayers.counterfactual.relevance import Answer
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, Worlds, marked
 from replayers.counterfactual.results import Estimate
 from replayers.counterfactual.run_nodes import Node
 from replayers.counterfactual.run_tree import RunTree
@@ -33,30 +32,27 @@ def costs_in(worlds: SampledWorlds, tree: RunTree, *, max_segments: int | None =
         max_segments: after so many new segments of the loop the remaining worlds are left out, but never below
             MIN_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
     """
-    began, known = tree.segments, _known_ends(worlds, tree)
-    if len(known) == len(worlds) and max_segments != 0:
-        ends = [known[world] for world in range(len(worlds))]
-        return np.array([cost for cost, _ in ends]), np.array([done for _, done in ends], dtype=bool)
-    costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
-    for world in range(len(worlds)):
-        spent = tree.segments - began
-        if max_segments is not None and world >= MIN_WORLDS and spent >= max_segments:
-            return costs[:world], done[:world]
-        if world in known:
-            costs[world], done[world] = known[world]
-        else:
-            leaf = tree.follow(worlds.chooser(world))
-            costs[world], done[world] = leaf.cost, leaf.status is RunStatus.DONE
-    return costs, done
+    began, count = tree.segments, len(worlds)
+    costs, done, known = np.zeros(count), np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    for some, cost, is_done in _known_ends(worlds, tree):
+        there = marked(some, count)
+        costs[there], done[there], known[there] = cost, is_done, True
+    limit, followed = inf if max_segments is None else max_segments, 0
+    for world in np.flatnonzero(~known).tolist():
+        if world >= MIN_WORLDS and tree.segments - began >= limit:
+            break
+        leaf, followed = tree.follow(worlds.chooser(world)), world + 1
+        costs[world], done[world] = leaf.cost, leaf.status is RunStatus.DONE
+    kept = count if tree.segments - began < limit else max(MIN_WORLDS, followed)
+    return costs[:kept], done[:kept]
 
 
-def _known_ends(worlds: SampledWorlds, tree: RunTree) -> dict[int, tuple[float, bool]]:
-    """The cost, and whether the task was done, in each world that ends where the tree was followed already.
+def _known_ends(worlds: SampledWorlds, tree: RunTree) -> Iterator[tuple[Worlds, float, bool]]:
+    """The worlds that end where the tree was followed already, with the cost, and whether the task was done.
 
     Worlds go down the tree together as long as they give the same answers.
     """
-    ends: dict[int, tuple[float, bool]] = {}
-    waiting: list[tuple[Node, float, Iterable[int]]] = [(tree.root, 0.0, range(len(worlds)))]
+    waiting: list[tuple[Node, float, Worlds]] = [(tree.root, 0.0, (1 << len(worlds)) - 1)]
     while waiting:
         node, cost, group = waiting.pop()
         segment = node.segment
@@ -65,17 +61,13 @@ def _known_ends(worlds: SampledWorlds, tree: RunTree) -> dict[int, tuple[float, 
         cost += segment.cost
         look = segment.unobserved
         if look is None:
-            end = (cost, True) if segment.done else (tree.evidence.task.failure_cost, False)
-            ends |= dict.fromkeys(group, end)
+            yield (group, cost, True) if segment.done else (group, tree.evidence.task.failure_cost, False)
             continue
-        answers, alike = worlds.answers(look.container, look.live), dict[Answer, list[int]]()
-        for world in group:
-            alike.setdefault(answers[world], []).append(world)
-        for answer, some in alike.items():
-            child = node.children.get(answer if look.allows(answer) else look.options[0])
-            if child is not None:
-                waiting.append((child, cost, some))
-    return ends
+        for answer, some in worlds.answers(look.container, look.live):
+            if some & group:
+                child = node.children.get(answer if look.allows(answer) else look.options[0])
+                if child is not None:
+                    waiting.append((child, cost, some & group))
 
 
 def estimate_of(costs: Floats, done: Bools) -> Estimate:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import compress
 
 import numpy as np
 
@@ -25,8 +24,13 @@ from workbench.worlds.house import ContainerId, ItemType
 
 MAX_CACHED_ANSWERS = 1000
 
-_ANSWERS: PerObject[tuple[ContainerId, tuple[ItemType, ...]], tuple[Answer, ...]] = PerObject(MAX_CACHED_ANSWERS)
-"""By the contents of sampled worlds, what each container answers in every world."""
+Worlds = int
+"""A set of worlds: bit k is set where world k is in it."""
+
+_ANSWERS: PerObject[tuple[ContainerId, tuple[ItemType, ...]], tuple[tuple[Answer, Worlds], ...]] = PerObject(
+    MAX_CACHED_ANSWERS
+)
+"""By the contents of sampled worlds, what each container answers, and in which worlds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,16 +53,23 @@ class SampledWorlds:
 
     def answer(self, world: int, container: ContainerId, live: tuple[ItemType, ...]) -> Answer:
         """What a container holds in a world, restricted to the types that still matter."""
-        return self.answers(container, live)[world]
+        there = self.inside[world, :, self.containers.index(container)].tolist()
+        return tuple([t for t, is_there in zip(self.item_types, there, strict=True) if is_there and t in live])
 
-    def answers(self, container: ContainerId, live: tuple[ItemType, ...]) -> tuple[Answer, ...]:
-        """What a container holds in each world, restricted to the types that still matter."""
-        return _ANSWERS.of(self.inside).get((container, live), lambda: self._restricted(container, live))
+    def answers(self, container: ContainerId, live: tuple[ItemType, ...]) -> tuple[tuple[Answer, Worlds], ...]:
+        """What a container may hold, restricted to the types that still matter, each with the worlds in which it
+        does."""
+        return _ANSWERS.of(self.inside).get((container, live), lambda: self._answers(container, live))
 
-    def _restricted(self, container: ContainerId, live: tuple[ItemType, ...]) -> tuple[Answer, ...]:
-        kept = [t in live for t in self.item_types]
-        types, there = list(compress(self.item_types, kept)), self.inside[:, kept, self.containers.index(container)]
-        return tuple([tuple(compress(types, row)) for row in there.tolist()])
+    def _answers(self, container: ContainerId, live: tuple[ItemType, ...]) -> tuple[tuple[Answer, Worlds], ...]:
+        found: list[tuple[Answer, Worlds]] = [((), (1 << len(self)) - 1)]
+        column = self.containers.index(container)
+        for i, item_type in enumerate(self.item_types):
+            if item_type in live:
+                there = worlds_of(self.inside[:, i, column])
+                split = [((*answer, item_type), some & there) for answer, some in found]
+                found = [one for one in (*[(a, some & ~there) for a, some in found], *split) if one[1]]
+        return tuple(found)
 
     def chooser(self, world: int) -> Choose:
         """A function that gives the contents of each open container of a run as they are in one world."""
@@ -68,6 +79,17 @@ class SampledWorlds:
             return answer if unobserved.allows(answer) else unobserved.options[0]
 
         return choose
+
+
+def worlds_of(chosen: Bools) -> Worlds:
+    """The set of the worlds that are marked; shape (worlds,)."""
+    return int.from_bytes(np.packbits(chosen, bitorder="little").tobytes(), "little")
+
+
+def marked(worlds: Worlds, count: int) -> Bools:
+    """Which of so many worlds are in a set, shape (count,)."""
+    packed = np.frombuffer(worlds.to_bytes((count + 7) // 8, "little"), dtype=np.uint8)
+    return np.unpackbits(packed, count=count, bitorder="little").view(np.bool_)
 
 
 def sample_worlds(
