@@ -251,7 +251,9 @@ class BoundSearch:
         unobserved = self._tree.advance(node).unobserved
         if unobserved is not None:
             looks = unobserved.walk is None
-            self._is_straight = self._is_straight and not (looks and self._most.nothing_missing(unobserved.knowledge))
+            self._is_straight = self._is_straight and not (
+                looks and self._outside.nothing_missing(unobserved.knowledge)
+            )
         self._branches[node] = self._branches_of(node)
         for behind, child in self._branches[node]:
             self._parents.setdefault(child, []).append(node)
@@ -262,7 +264,7 @@ class BoundSearch:
                 most = interval.upper(child.cost, self._failure)
                 if most > self._largest + NEAR_COST:
                     self._waiting[child] = most
-                if self._tree.traits.plans_shortest and self._most.nothing_missing(child.knowledge):
+                if self._tree.traits.plans_shortest and self._outside.nothing_missing(child.knowledge):
                     heappush(self._known, (-most, len(self._intervals), child))
         if unobserved is not None and unobserved.others:
             others = self._outside.interval(unobserved.knowledge, walking=unobserved.walk is not None)

@@ -15,7 +15,8 @@ from typing import final
 from replayers.counterfactual.bounds.travel_row import travel_row
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
-from workbench.caches import Cache
+from workbench.arrays import Floats
+from workbench.caches import Cache, PerObject
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.tolerances import ROUNDING_SHARE
@@ -29,6 +30,16 @@ MAX_CACHED_PARTS = 50_000
 """Bounds of single parts in the cache; beyond this, it is cleared."""
 
 
+def shortest_ways(evidence: Evidence) -> Floats:
+    """The least metres between the locations of a log, shape (locations, locations), where a way may lead through
+    others; found once."""
+    travel = evidence.place.travel
+    return _SHORTEST.of(travel).get((), lambda: shortest_paths(travel.metres) * (1 - ROUNDING_SHARE))
+
+
+_SHORTEST: PerObject[tuple[()], Floats] = PerObject(2)
+
+
 @final
 class LowerBound:
     """The lower bound for one log and one task, in metres and their equivalents."""
@@ -38,7 +49,7 @@ class LowerBound:
         self._evidence = evidence
         self._relevance = relevance
         self._index = {name: i for i, name in enumerate(travel.locations)}
-        self._metres = shortest_paths(travel.metres) * (1 - ROUNDING_SHARE)
+        self._metres = shortest_ways(evidence)
         self._from: list[list[float]] = self._metres.tolist()
         self._to: list[list[float]] = self._metres.T.tolist()
         self._handle = evidence.costs.manipulation

@@ -42,7 +42,7 @@ NO_BOUND = float("inf")
 NOTHING = -1
 
 
-class _Errands(NamedTuple):
+class Errands(NamedTuple):
     """One state as arrays: the parts of the goal that are left, and the containers that are not searched.
 
     Sets of parts are bit masks.
@@ -103,7 +103,7 @@ class _Runs(NamedTuple):
 
 
 class _Parts(NamedTuple):
-    """What is the same in all states with the same parts left: as of _Errands, but over all containers of the log."""
+    """What is the same in all states with the same parts left: as of Errands, but over all containers of the log."""
 
     shown: Ints
     may: Bools
@@ -115,11 +115,17 @@ class _Parts(NamedTuple):
 @final
 class NearestFirstBound:
     """The bound for one log and one task: deliveries of different types, as they are, by a robot whose actions
-    succeed; infinite for all others."""
+    succeed; infinite for all others.
+
+    Attributes:
+        metres: as of Errands. column: the containers, each with its place in these arrays.
+        at, unseen, shown, may: as of Errands, over all containers and parts; shown has shape (parts, n).
+        exist: types of which an unseen container holds an instance.
+    """
 
     def __init__(self, evidence: Evidence, relevance: Relevance) -> None:
         travel = evidence.place.travel
-        self._metres: Floats = np.ascontiguousarray(travel.metres)
+        self.metres: Floats = np.ascontiguousarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
         self._costs = evidence.costs
         self._parts = distinct_deliveries(evidence.task.goal)
@@ -127,16 +133,16 @@ class NearestFirstBound:
         self._applies = bool(self._parts) and not refused and not evidence.misses and evidence.passing is None
         seen, types = evidence.seen_types(), [part.item_type for part in self._parts]
         may = [t in relevance.types and not (relevance.unique and t in seen) for t in types]
-        self._exist = frozenset() if relevance.hidden else relevance.must_exist - seen
+        self.exist = frozenset() if relevance.hidden else relevance.must_exist - seen
         known = {c: {item.type for item in items} for c, items in evidence.contents.items()}
         listed = [c for c in dict.fromkeys((*known, *evidence.open)) if LocationId(c) in self._index]
         self._arrays: Cache[tuple[Delivered, ...], _Parts] = Cache(MAX_CACHED_PARTS)
-        self._column = {c: i for i, c in enumerate(listed)}
-        self._at = np.array([self._index[LocationId(c)] for c in listed], dtype=np.int64)
-        self._unseen = np.array([c in frozenset(evidence.open) for c in listed], dtype=np.bool_)
+        self.column = {c: i for i, c in enumerate(listed)}
+        self.at = np.array([self._index[LocationId(c)] for c in listed], dtype=np.int64)
+        self.unseen = np.array([c in frozenset(evidence.open) for c in listed], dtype=np.bool_)
         there = [[t in known.get(c, ()) for c in listed] for t in types]
-        self._shown = np.array(there, dtype=np.bool_).reshape(len(types), len(listed))
-        self._may = self._shown | (self._unseen & np.array(may, dtype=np.bool_)[:, None])
+        self.shown = np.array(there, dtype=np.bool_).reshape(len(types), len(listed))
+        self.may = self.shown | (self.unseen & np.array(may, dtype=np.bool_)[:, None])
 
     def remaining_cost(self, knowledge: Knowledge) -> float:
         """The upper bound on the remaining cost from a state on, if the task gets done; infinite where it does not
@@ -147,16 +153,16 @@ class NearestFirstBound:
         standing = [[index[at] for at, _ in knowledge.where(part.item_type) if at in index] for part in left]
         if all(standing) or len(left) > MAX_PARTS:
             return NO_BOUND
-        columns = [self._column.get(c, -1) for c in knowledge.unsearched]
+        columns = [self.column.get(c, -1) for c in knowledge.unsearched]
         if -1 in columns or not {knowledge.robot_at, *[part.at for part in left]} <= index.keys():
             return NO_BOUND
         widest, places = max(map(len, standing)), np.array(columns, dtype=np.int64)
         one = self._arrays.get(left, lambda: self._arrays_of(left))
-        state = _Errands(
-            metres=self._metres,
+        state = Errands(
+            metres=self.metres,
             robot=index[knowledge.robot_at],
-            containers=self._at[places],
-            unseen=self._unseen[places],
+            containers=self.at[places],
+            unseen=self.unseen[places],
             shown=one.shown[places],
             may=one.may.take(places, axis=1),
             targets=one.targets,
@@ -167,21 +173,21 @@ class NearestFirstBound:
             look=float(self._costs.search),
             handle=float(self._costs.manipulation),
         )
-        return _most(state)
+        return most_of(state)
 
     def _arrays_of(self, left: tuple[Delivered, ...]) -> _Parts:
         rows = [self._parts.index(part) for part in left]
         return _Parts(
-            shown=(1 << np.arange(len(rows))) @ self._shown[rows],
-            may=self._may[rows],
+            shown=(1 << np.arange(len(rows))) @ self.shown[rows],
+            may=self.may[rows],
             targets=np.array([self._index[part.at] for part in left], dtype=np.int64),
-            exists=sum(1 << p for p, part in enumerate(left) if part.item_type in self._exist),
+            exists=sum(1 << p for p, part in enumerate(left) if part.item_type in self.exist),
             orders=np.array(list(permutations(range(len(left)))), dtype=np.int64),
         )
 
 
 @kernel()
-def _most(state: _Errands) -> float:
+def most_of(state: Errands) -> float:
     """The cost of the most expensive run."""
     parts, n = state.may.shape
     runs = _Runs(
@@ -201,7 +207,7 @@ def _most(state: _Errands) -> float:
 
 
 @kernel(borrows=True)
-def _most_in(state: _Errands, runs: _Runs) -> float:
+def _most_in(state: Errands, runs: _Runs) -> float:
     """The same, depth first over the parts that errands bring while something is missing, one level for each chain of
     looks."""
     parts, n = state.may.shape
@@ -247,7 +253,7 @@ def _most_in(state: _Errands, runs: _Runs) -> float:
 
 
 @kernel(borrows=True)
-def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> float:
+def _last_errands(state: Errands, last: int, brought: int, gone: Bools) -> float:
     """The largest remaining cost once a look into container `last` shows the last missing item; 0 where it cannot."""
     most, place = 0.0, int(state.containers[last])
     for found in range(len(state.targets)):
@@ -274,7 +280,7 @@ def _last_errands(state: _Errands, last: int, brought: int, gone: Bools) -> floa
 
 
 @kernel(borrows=True)
-def _errand(state: _Errands, part: int, at: int, gone: Bools) -> float:
+def _errand(state: Errands, part: int, at: int, gone: Bools) -> float:
     """The longest errand that a part may take from a location on; -1 where its item cannot have been found, except
     where it is wanted. Of instances that are known, a shortest plan takes the one that makes the errand shortest."""
     longest, shortest, target = -1.0, np.inf, state.targets[part]
@@ -291,7 +297,7 @@ def _errand(state: _Errands, part: int, at: int, gone: Bools) -> float:
 
 
 @kernel(borrows=True)
-def _chain(state: _Errands, runs: _Runs, level: int) -> int:
+def _chain(state: Errands, runs: _Runs, level: int) -> int:
     """The looks of a level, for as long as something may be missing; fills the containers, and what has been spent
     after each (spent[0] is given).
 
@@ -324,7 +330,7 @@ def _chain(state: _Errands, runs: _Runs, level: int) -> int:
 
 
 @kernel(inline="always", borrows=True)
-def _may_be_missing(state: _Errands, brought: int, shown: int, unseen: int) -> bool:
+def _may_be_missing(state: Errands, brought: int, shown: int, unseen: int) -> bool:
     """Whether the item of some part may still be missing after looks that show those parts and leave so many unseen
     containers."""
     left = state.missing & ~brought & ~shown

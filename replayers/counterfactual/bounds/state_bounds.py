@@ -14,6 +14,7 @@ from typing import final
 
 from replayers.counterfactual.bounds.lower_bound import LowerBound
 from replayers.counterfactual.bounds.nearest_first_bound import NearestFirstBound
+from replayers.counterfactual.bounds.plain_bounds import PlainInterval, plain_bounds_of
 from replayers.counterfactual.bounds.upper_bound import UpperBound
 from replayers.counterfactual.estimates.intervals import CostInterval
 from replayers.counterfactual.evidence import Evidence
@@ -57,6 +58,8 @@ class StateBounds:
         self._misses_left = evidence.misses_left
         self._searchable = (*evidence.contents, *evidence.open, *evidence.refused_searches)
         self._bounded: Cache[Hashable, tuple[float, float, bool]] = Cache(MAX_CACHED_STATES)
+        self._plain = plain_bounds_of(evidence, relevance, traits)
+        self._last: tuple[Knowledge, PlainInterval] | None = None
 
     def interval(self, knowledge: Knowledge, *, walking: bool = False) -> CostInterval:
         """Bounds of the cost from a state on.
@@ -64,12 +67,21 @@ class StateBounds:
         Args:
             walking: the robot is on a move, and does not know all of it yet (run_tree.UnfinishedWalk).
         """
+        if self._plain is not None and (plain := self._plain.of(knowledge)) is not None:
+            self._last = knowledge, plain
+            return CostInterval(plain.low, plain.high, may_fail=not plain.certain)
         key = (*self._key(knowledge), walking)
-        low, high, certain = self._bounded.get(key, lambda: self._bound(knowledge, walking=walking))
+        low, high, certain = self._bounded.get(key, lambda: self.of_classes(knowledge, walking=walking))
         return CostInterval(low, high, may_fail=not certain)
 
-    def _bound(self, knowledge: Knowledge, *, walking: bool) -> tuple[float, float, bool]:
-        """From below, from above (infinite if nothing bounds it), and whether every world can meet the goal."""
+    def nothing_missing(self, knowledge: Knowledge) -> bool:
+        """As UpperBound.nothing_missing; known already of the state whose interval was asked for last."""
+        if self._last is not None and self._last[0] is knowledge:
+            return self._last[1].all_known
+        return self.most.nothing_missing(knowledge)
+
+    def of_classes(self, knowledge: Knowledge, *, walking: bool = False) -> tuple[float, float, bool]:
+        """Bounds of the cost from a state on, by the classes of the bounds: from below, from above (infinite if nothing bounds it), and whether every world can meet the goal."""
         low = self.least.remaining_cost(knowledge)
         if not self.most.fits_straight:
             return low, inf, False

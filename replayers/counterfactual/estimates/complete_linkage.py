@@ -24,11 +24,11 @@ def merge_widths(apart: Floats) -> Floats:
     Args:
         apart: pairwise distances of at least one place: symmetric, finite, shape (places, places).
     """
-    return np.sort(_merged(np.array(apart, dtype=np.float64)))
+    return np.sort(merged_widths(np.array(apart, dtype=np.float64)))
 
 
 @kernel()
-def _merged(apart: Floats) -> Floats:
+def merged_widths(apart: Floats) -> Floats:
     """The diameters in the order of the merges; overwrites the distances."""
     n = len(apart)
     widths = np.empty(n - 1)
