@@ -14,11 +14,8 @@ from workbench.worlds.knowledge import Knowledge
 def is_met(goal: Goal, knowledge: Knowledge) -> bool:
     """Whether the goal holds; parts of an AllOf need different instances."""
     if isinstance(goal, Delivered) and not goal.properties:  # nearly always; it is asked 20 times for each decision
-        at = goal.at
-        for place, _ in knowledge.where(goal.item_type):  # any() of a generator takes three times as long
-            if place == at:
-                return True
-        return False
+        known = knowledge.where(goal.item_type)  # most are not found yet
+        return bool(known) and goal.at in [place for place, _ in known]
     if isinstance(goal, Delivered | Holding):
         return bool(_candidates(goal, knowledge))
     return any(has_perfect_matching(alternative) for alternative in _alternatives(goal, knowledge))

@@ -187,8 +187,7 @@ class BoundSearch:
         """Descends the branch that decides an end (or any that is not exhausted), expands its last node, and backs
         up."""
         node, cost, path = self._tree.root, 0.0, list[Node]()
-        followed, stale = self._followed, self._stale
-        while node in followed:
+        while node in self._followed:
             path.append(node)
             branches = self._branches[node]
             if not branches:
@@ -197,8 +196,7 @@ class BoundSearch:
             cost += behind
         self._expand(node)
         for passed in reversed(path):
-            if passed in stale:
-                self._update_from_children(passed)
+            self._update_from_children(passed)
 
     def _branches_of(self, node: Node) -> Branches:
         """The nodes after a node, each with the cost from it: by what its look shows, and by a tag that is seen in
@@ -209,28 +207,16 @@ class BoundSearch:
         return [*looked, *self._tree.seen_in_passing(node)]
 
     def _choice(self, branches: Branches, side: Side | None, cost: float) -> tuple[float, Node]:
-        """The branch that decides an end of the root's interval, of those that are not exhausted if there are such;
-        of equal ones the first."""
+        """The branch that decides an end of the root's interval."""
         intervals, failure = self._intervals, self._failure
-        found: tuple[float, Node] | None = None
-        least = inf
-        for branch in branches:
-            interval = intervals[branch[1]]
-            if interval.spent:
-                continue
-            if side is None:
-                return branch
-            way = cost + branch[0]
-            value = interval.lower(way, failure) if side == "low" else -interval.upper(way, failure)
-            if found is None or value < least:
-                found, least = branch, value
-        if found is not None:
-            return found
+        left = [branch for branch in branches if not intervals[branch[1]].spent] or branches
+        if side is None or len(left) == 1:
+            return left[0]
         if side == "low":
-            return min(branches, key=lambda b: intervals[b[1]].lower(cost + b[0], failure))
-        if side == "high":
-            return max(branches, key=lambda b: intervals[b[1]].upper(cost + b[0], failure))
-        return branches[0]
+            least = [intervals[node].lower(cost + behind, failure) for behind, node in left]
+            return left[least.index(min(least))]
+        most = [intervals[node].upper(cost + behind, failure) for behind, node in left]
+        return left[most.index(max(most))]
 
     def _expand(self, node: Node) -> None:
         """Runs on from a node and gives its children outer bounds."""
@@ -282,9 +268,8 @@ class BoundSearch:
         if node not in self._stale:
             return
         self._stale.discard(node)
-        intervals = self._intervals
-        segment, before = self._tree.advance(node), intervals[node]
-        below = [(behind, intervals[child]) for behind, child in self._branches[node]]
+        segment, before = self._tree.advance(node), self._intervals[node]
+        below = [(behind, self._intervals[child]) for behind, child in self._branches[node]]
         if segment.unobserved is None:
             interval = CostInterval.over([(0.0, CostInterval.at_end(segment.cost, done=segment.done)), *below])
         else:
@@ -293,7 +278,7 @@ class BoundSearch:
             interval = CostInterval.over(below)
             interval.narrow_to(before)
         if interval != before:
-            intervals[node] = interval
+            self._intervals[node] = interval
             self._stale.update(self._parents.get(node, ()))
 
     def _attaining_leaf(self, side: Side) -> Leaf | None:
@@ -392,9 +377,8 @@ class BoundSearch:
         if not whole.whole and not straight:
             upper = inf
             lower = min(lower, failure)
-        by_tags = self._tree.evidence.tags is not None and any(
-            self._tree.seen_in_passing(node) for node in self._followed if self._may_expand(node)
-        )
+        may_pass = self._followed if self._tree.evidence.tags is not None else ()
+        by_tags = any(self._tree.seen_in_passing(node) for node in may_pass if self._may_expand(node))
         groups = () if by_tags else tuple(islice(self._world_groups(), MAX_WORLD_GROUPS + 1))
         above = Proof.NONE if upper == inf else Proof.STRAIGHT
         return Bounds(

@@ -1,5 +1,5 @@
-"""Bounds of a state where nothing is out of the ordinary: deliveries of different types, as they are, over a log whose
-looks show all and where nothing is refused.
+"""Bounds of a state where nothing is out of the ordinary: deliveries of different types, as they are, over a log
+whose looks show all and where nothing is refused.
 
 They equal those of the bounds' own classes, in a fraction of the time (plain_kernel.py).
 """

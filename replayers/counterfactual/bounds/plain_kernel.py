@@ -146,7 +146,7 @@ def _least(log: PlainLog, state: _State) -> tuple[float, bool]:
             cost, share = min(cost, log.shortest[state.here, to]), 0.0
         least = max(least, cost)
         loaded += share
-    return least if log.is_one else max(least, loaded), is_certain
+    return float(least if log.is_one else max(least, loaded)), bool(is_certain)
 
 
 @kernel()
@@ -236,7 +236,7 @@ def _chains(log: PlainLog, state: _State) -> float:
         known = state.first[p + 1] - state.first[p]
         widest = max(widest, known)
         missing |= (known == 0) << k
-        exists |= log.exists[p] << k
+        exists |= int(log.exists[p]) << k
         for i in range(n):
             shown[i] |= log.logged[p, left[i]] << k
             may[k, i] = log.may[p, left[i]]

@@ -81,7 +81,8 @@ class StateBounds:
         return self.most.nothing_missing(knowledge)
 
     def of_classes(self, knowledge: Knowledge, *, walking: bool = False) -> tuple[float, float, bool]:
-        """Bounds of the cost from a state on, by the classes of the bounds: from below, from above (infinite if nothing bounds it), and whether every world can meet the goal."""
+        """Bounds of the cost from a state on, by the classes of the bounds: from below, from above (infinite if
+        nothing bounds it), and whether every world can meet the goal."""
         low = self.least.remaining_cost(knowledge)
         if not self.most.fits_straight:
             return low, inf, False
