@@ -1,7 +1,7 @@
 """Reads ROS 1 bags (.bag) and ROS 2 bags (a folder, or one .mcap or .db3 file), message by message.
 
-rosbags reads those of ROS 1. Of a ROS 2 bag, metadata.yaml is asked only which files belong to it and whether its
-messages are compressed one by one: all else is in the files.
+Of a ROS 2 bag, metadata.yaml is asked only which files belong to it and whether its messages are compressed one by
+one: all else is in the files. Messages are decoded by the definition that stands beside them.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ import yaml
 import zstandard
 
 from replayers.importers.mcap_bags import CutOffMcap, McapFiles, Raw, open_mcap
-from replayers.importers.message_types import MessageTypes
+from replayers.importers.message_types import Definition, MessageTypes
 from replayers.importers.packed_files import Packed, unpack_file
+from replayers.importers.ros1_bags import Ros1File, open_ros1
 from replayers.importers.sqlite_bags import SqliteFiles, open_sqlite
 from workbench.errors import FileMissing, Malformed, MissingExtra
 
@@ -113,24 +114,20 @@ class Bag:
     """
 
     path: Path
-    reader: Any
+    reader: McapFiles | SqliteFiles | Ros1File
 
     @property
     def topics(self) -> tuple[str, ...]:
-        if self._ros2 is not None:
-            return tuple(sorted({*self._ros2.counts, *self._ros2.skipped}))
-        return tuple(sorted({connection.topic for connection in self.reader.connections}))
+        return tuple(sorted({*self.reader.counts, *self.reader.skipped}))
 
     @property
     def start_ns(self) -> int:
-        return self._ros2.start_ns if self._ros2 is not None else int(self.reader.start_time)
+        return self.reader.start_ns
 
     @property
     def counts(self) -> dict[str, int]:
         """Messages by topic."""
-        if self._ros2 is not None:
-            return dict(sorted(self._ros2.counts.items()))
-        return {name: info.msgcount for name, info in sorted(self.reader.topics.items())}
+        return dict(sorted(self.reader.counts.items()))
 
     @property
     def undefined(self) -> dict[str, str]:
@@ -139,16 +136,12 @@ class Bag:
 
     @property
     def skipped(self) -> dict[str, str]:
-        return dict(sorted(self._ros2.skipped.items())) if self._ros2 is not None else {}
+        return dict(sorted(self.reader.skipped.items()))
 
     @property
     def profiles(self) -> tuple[str, ...]:
         known = {"ros1", "ros2"}
-        return tuple(sorted(self._ros2.profiles - known)) if self._ros2 is not None else ()
-
-    @property
-    def _ros2(self) -> McapFiles | SqliteFiles | None:
-        return self.reader if isinstance(self.reader, McapFiles | SqliteFiles) else None
+        return tuple(sorted(self.reader.profiles - known))
 
     def messages(self, topics: tuple[str, ...]) -> Iterator[BagMessage]:
         """The messages of some topics in the order of their record times, of all files of the bag together.
@@ -160,39 +153,23 @@ class Bag:
         """
         from sqlite3 import Error as SqliteError
 
-        from rosbags.highlevel import AnyReaderError
-        from rosbags.serde import SerdeError
+        from rosbags.rosbag1 import ReaderError
 
         for topic in sorted(self.undefined.keys() & set(topics)):
             raise UnknownMessageType(self.path, topic, self.undefined[topic])
         try:
-            if self._ros2 is not None:
-                for stamp_ns, topic, kind, data in _transforms_first(self._ros2.raw(topics)):
-                    yield BagMessage(topic, kind, stamp_ns, self._decoded(topic, kind, data))
-            else:
-                yield from self._by_rosbags(topics)
-        except (AnyReaderError, SerdeError, SqliteError, OSError, ValueError, AssertionError, EOFError) as error:
+            for stamp_ns, topic, definition, data in _transforms_first(self.reader.raw(topics)):
+                yield BagMessage(topic, definition.kind, stamp_ns, self._decoded(topic, definition, data))
+        except (ReaderError, SqliteError, OSError, ValueError, AssertionError, EOFError) as error:
             raise NotABag(self.path, f"damaged: {error}") from error
 
-    def _decoded(self, topic: str, kind: str, data: bytes) -> Any:
+    def _decoded(self, topic: str, definition: Definition, data: bytes) -> Any:
         from rosbags.serde import SerdeError
 
-        assert self._ros2 is not None
         try:
-            return self._ros2.decode(kind, data)
+            return self.reader.decode(definition, data)
         except (SerdeError, ValueError, KeyError) as error:
             raise UndecodableTopic(self.path, topic, str(error)) from error
-
-    def _by_rosbags(self, topics: tuple[str, ...]) -> Iterator[BagMessage]:
-        chosen = [connection for connection in self.reader.connections if connection.topic in topics]
-        for connection in chosen:
-            if connection.msgtype not in self.reader.typestore.fielddefs:
-                raise UnknownMessageType(self.path, connection.topic, connection.msgtype)
-        if not chosen:
-            return
-        for connection, stamp_ns, raw in self.reader.messages(connections=chosen):
-            message = self.reader.deserialize(raw, connection.msgtype)
-            yield BagMessage(connection.topic, connection.msgtype, int(stamp_ns), message)
 
 
 def _transforms_first(found: Iterator[Raw]) -> Iterator[Raw]:
@@ -200,10 +177,10 @@ def _transforms_first(found: Iterator[Raw]) -> Iterator[Raw]:
     together: list[Raw] = []
     for each in found:
         if together and (each[0] != together[0][0] or len(together) == MAX_TOGETHER):
-            yield from sorted(together, key=lambda one: one[2] != TRANSFORMS)
+            yield from sorted(together, key=lambda one: one[2].kind != TRANSFORMS)
             together = []
         together.append(each)
-    yield from sorted(together, key=lambda one: one[2] != TRANSFORMS)
+    yield from sorted(together, key=lambda one: one[2].kind != TRANSFORMS)
 
 
 @contextmanager
@@ -215,7 +192,7 @@ def open_bag(path: Path) -> Generator[Bag]:
             CutOffPacked, NoSpaceToUnpack.
     """
     try:
-        from rosbags.highlevel import AnyReaderError
+        from rosbags.rosbag1 import ReaderError
     except ImportError as error:
         raise MissingExtra("Importing bags", "bags") from error
     if not path.exists():
@@ -232,7 +209,7 @@ def open_bag(path: Path) -> Generator[Bag]:
             packed = path / f"{file.name}.zstd"
             raise BagNotClosed(file if file.parent == path or not packed.exists() else packed) from error
         except (
-            AnyReaderError,
+            ReaderError,
             OSError,
             ValueError,
             AssertionError,
@@ -245,15 +222,11 @@ def open_bag(path: Path) -> Generator[Bag]:
 
 
 def _opened(path: Path, stack: ExitStack) -> Bag:
-    from rosbags.highlevel import AnyReader
-
     if path.suffix == ".bag" and path.is_file():
-        reader = AnyReader([path], default_typestore=_definitions())
-        reader.open()
-        stack.callback(reader.close)
-        if reader.message_count == 0:
+        file = open_ros1(path, MessageTypes(_definitions()), stack)
+        if not file.counts and not file.skipped:
             raise EmptyBag(path)
-        return Bag(path, reader)
+        return Bag(path, file)
     about = _metadata(path)
     files = _files(path, about, stack)
     types = MessageTypes(_definitions(), packed=str(about.get("compression_mode", "")).lower() == "message")

@@ -13,15 +13,14 @@ from heapq import heappop, heappush, merge
 from pathlib import Path
 from typing import Any, final
 
-from replayers.importers.message_types import ENCODINGS, MessageTypes, TypeFinding, full_name
+from replayers.importers.message_types import ENCODINGS, Definition, MessageTypes, TypeFinding, full_name
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
-from workbench.message_enum import Result
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_PROFILE_BYTES = 256
 
-Raw = tuple[int, str, str, bytes]
+Raw = tuple[int, str, Definition, bytes]
 """Log time in nanoseconds, topic, message type, data."""
 
 
@@ -55,9 +54,9 @@ class McapFiles:
         streams = [self._ordered(path, wanted) for path in self.paths]
         yield from merge(*streams, key=lambda each: each[0])
 
-    def decode(self, kind: str, data: bytes) -> Any:
+    def decode(self, definition: Definition, data: bytes) -> Any:
         """A message of a type that `raw` gave."""
-        return self.types.decode(kind, data)
+        return self.types.decode(definition, data)
 
     def survey(self) -> None:
         """Reads every file once, undecoded: topics, counts, the start, and how far messages are out of order."""
@@ -69,7 +68,7 @@ class McapFiles:
                 newest = max(newest, message.log_time)
                 back = max(back, newest - message.log_time)
                 first = message.log_time if first is None else min(first, message.log_time)
-                if self._kind_of(message) is not None:
+                if self._type_of(message) is not None:
                     self.counts[message.topic] = self.counts.get(message.topic, 0) + 1
             self._back_ns[path] = back
         self.start_ns = first or 0
@@ -79,33 +78,32 @@ class McapFiles:
         back_ns, number, newest = self._back_ns[path], 0, 0
         heap: list[tuple[int, int, Raw]] = []
         for message in messages(path):  # by the records, for an index may leave messages out
-            kind = self._kind_of(message) if message.topic in topics else None
-            if kind is None:
+            known = self._type_of(message) if message.topic in topics else None
+            if known is None:
                 continue
             number, newest = number + 1, max(newest, message.log_time)
-            heappush(heap, (message.log_time, number, (message.log_time, message.topic, kind, message.data)))
+            heappush(heap, (message.log_time, number, (message.log_time, message.topic, known, message.data)))
             while heap and heap[0][0] <= newest - back_ns:
                 yield heappop(heap)[2]
         while heap:
             yield heappop(heap)[2]
 
-    def _kind_of(self, message: Message) -> str | None:
+    def _type_of(self, message: Message) -> Definition | None:
         """The message's type; None where it cannot be decoded, which is noted once a topic."""
-        schema = message.schema
-        kind = "" if schema is None else full_name(schema.name)
-        found = self._found(message, kind)
+        schema, encoding = message.schema, message.channel.message_encoding
+        definition = (
+            Definition(kind="", encoding=encoding)
+            if schema is None
+            else Definition(
+                kind=full_name(schema.name), encoding=encoding, schema_encoding=schema.encoding, text=schema.data
+            )
+        )
+        no_schema = schema is None and encoding in ENCODINGS
+        found = TypeFinding.NO_SCHEMA.result() if no_schema else self.types.learn(definition)
         if found.kind is TypeFinding.KNOWN:
-            return kind
+            return definition
         self.skipped.setdefault(message.topic, found.message)
         return None
-
-    def _found(self, message: Message, kind: str) -> Result[TypeFinding]:
-        schema, encoding = message.schema, message.channel.message_encoding
-        if schema is None and encoding in ENCODINGS:
-            return TypeFinding.NO_SCHEMA.result()
-        return self.types.learn(
-            kind, encoding, "" if schema is None else schema.encoding, b"" if schema is None else schema.data
-        )
 
 
 def open_mcap(paths: tuple[Path, ...], types: MessageTypes) -> McapFiles:

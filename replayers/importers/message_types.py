@@ -26,6 +26,23 @@ class TypeFinding(MessageEnum):
     UNPARSED = "its schema {kind} cannot be parsed ({reason})"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Definition:
+    """A type of messages as one file defines it; files recorded at other times may define the same name differently.
+
+    Attributes:
+        kind: as package/msg/Name.
+        encoding: of the messages: cdr or ros1.
+        schema_encoding: of the text: ros2msg, ros2idl or ros1msg.
+        text: empty for a type that is known anyway.
+    """
+
+    kind: str
+    encoding: str
+    schema_encoding: str = ""
+    text: bytes = b""
+
+
 @final
 @dataclass(slots=True)
 class MessageTypes:
@@ -38,62 +55,54 @@ class MessageTypes:
 
     default_store: Any
     packed: bool = False
-    _known: Cache[tuple[str, str, str, bytes], Result[TypeFinding]] = field(
-        default_factory=lambda: Cache(MAX_CACHED_KINDS)
-    )
-    _stores: dict[str, tuple[Any, bool]] = field(default_factory=dict)
+    _known: Cache[Definition, Result[TypeFinding]] = field(default_factory=lambda: Cache(MAX_CACHED_KINDS))
+    _stores: dict[Definition, Any] = field(default_factory=dict)
 
-    def learn(self, kind: str, encoding: str, schema_encoding: str, definition: bytes) -> Result[TypeFinding]:
-        """Learns a type of messages.
+    def learn(self, definition: Definition) -> Result[TypeFinding]:
+        """Learns a type of messages."""
+        return self._known.get(definition, lambda: self._learn(definition))
 
-        Args:
-            kind: as package/msg/Name.
-            encoding: of the messages: cdr or ros1.
-            schema_encoding: of the definition: ros2msg, ros2idl or ros1msg.
-            definition: its text; empty for a type that is known anyway.
-        """
-        key = (kind, encoding, schema_encoding, definition)
-        return self._known.get(key, lambda: self._learn(*key))
-
-    def decode(self, kind: str, data: bytes) -> Any:
+    def decode(self, definition: Definition, data: bytes) -> Any:
         """A message of a type that was learnt.
 
         Raises:
             ValueError: it is compressed, and cannot be unpacked, or is not plain CDR. SerdeError: it is not of that
                 type.
         """
-        store, ros1 = self._stores[kind]
+        store, kind = self._stores[definition], definition.kind
         data = self._plain(data) if self.packed else data
-        if not ros1:
-            require_plain_cdr(data)
-        return store.deserialize_ros1(data, kind) if ros1 else store.deserialize_cdr(data, kind)
+        if definition.encoding == "ros1":
+            return store.deserialize_ros1(data, kind)
+        require_plain_cdr(data)
+        return store.deserialize_cdr(data, kind)
 
-    def _learn(self, kind: str, encoding: str, schema_encoding: str, definition: bytes) -> Result[TypeFinding]:
+    def _learn(self, definition: Definition) -> Result[TypeFinding]:
         from rosbags.typesys import TypesysError
 
+        kind, encoding = definition.kind, definition.encoding
         if encoding not in ENCODINGS:
             return TypeFinding.NOT_ROS.result(encoding=encoding or "nothing named")
-        if not definition and not schema_encoding and kind not in self.default_store.fielddefs:
+        if not definition.text and not definition.schema_encoding and kind not in self.default_store.fielddefs:
             return TypeFinding.UNDEFINED.result(kind=kind)
         try:
-            store = self._store(kind, schema_encoding, definition, ENCODINGS[encoding])
+            self._stores[definition] = self._store(definition, ENCODINGS[encoding])
         except (TypesysError, ValueError, LookupError, AssertionError, TypeError, RecursionError) as error:
             reason = " ".join(str(error).split())[:120]
             return TypeFinding.UNPARSED.result(kind=kind, reason=reason or type(error).__name__)
-        self._stores.setdefault(kind, (store, encoding == "ros1"))
         return TypeFinding.KNOWN.result()
 
-    def _store(self, kind: str, encoding: str, definition: bytes, known: Iterable[str]) -> Any:
+    def _store(self, definition: Definition, known: Iterable[str]) -> Any:
         from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
-        if not definition and kind in self.default_store.fielddefs:
+        encoding = definition.schema_encoding
+        if not definition.text and definition.kind in self.default_store.fielddefs:
             return self.default_store
         if encoding not in known:
             raise ValueError(f"schema encoding {encoding or 'not named'}")
-        text = definition.decode()
+        text = definition.text.decode()
         store = get_typestore(Stores.EMPTY)
         if encoding != "ros2idl":
-            store.register(get_types_from_msg(text, kind))
+            store.register(get_types_from_msg(text, definition.kind))
             return store
         types: dict[str, Any] = {}
         for part in text.split("=" * 80 + "\n"):

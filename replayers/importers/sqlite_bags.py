@@ -15,13 +15,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, final
 
-from replayers.importers.message_types import MessageTypes, TypeFinding, full_name
+from replayers.importers.message_types import Definition, MessageTypes, TypeFinding, full_name
 from replayers.mcap_io.records import MAX_RECORD_BYTES
 
 JOURNALS = ("-wal", "-journal")
 """Endings of what SQLite leaves beside a file that was not closed."""
 
-Raw = tuple[int, str, str, bytes]
+Raw = tuple[int, str, Definition, bytes]
 """Time of recording in nanoseconds, topic, message type, data."""
 
 
@@ -50,13 +50,12 @@ class SqliteFiles:
         """Reads topics, counts and the start."""
         firsts: list[int] = []
         for database in self.databases:
-            definitions = _definitions_in(database)
-            for number, topic, kind, encoding in _topics_of(database):
-                found = self.types.learn(full_name(kind), encoding, *definitions.get(kind, ("", b"")))
+            for number, topic, definition in _topics_of(database):
+                found = self.types.learn(definition)
                 query = "SELECT count(*), min(timestamp) FROM messages WHERE topic_id = ?"
                 ((count, first),) = database.execute(query, (number,)).fetchall()
                 if found.kind is TypeFinding.UNDEFINED:
-                    self.undefined[topic] = kind
+                    self.undefined[topic] = definition.kind
                 if found.kind is not TypeFinding.KNOWN:
                     self.skipped.setdefault(topic, found.message)
                 elif count:
@@ -70,13 +69,12 @@ class SqliteFiles:
         streams = [self._ordered(database, wanted) for database in self.databases]
         yield from merge(*streams, key=lambda each: each[0])
 
-    def decode(self, kind: str, data: bytes) -> Any:
+    def decode(self, definition: Definition, data: bytes) -> Any:
         """A message of a type that `raw` gave."""
-        return self.types.decode(kind, data)
+        return self.types.decode(definition, data)
 
     def _ordered(self, database: sqlite3.Connection, topics: frozenset[str]) -> Iterator[Raw]:
-        chosen = {number: (topic, full_name(kind)) for number, topic, kind, _ in _topics_of(database)}
-        chosen = {number: pair for number, pair in chosen.items() if pair[0] in topics}
+        chosen = {number: (topic, kind) for number, topic, kind in _topics_of(database) if topic in topics}
         places = ", ".join("?" * len(chosen))
         query = f"SELECT timestamp, topic_id, data FROM messages WHERE topic_id IN ({places}) ORDER BY timestamp, id"
         for stamp_ns, number, data in database.execute(query, tuple(chosen)):
@@ -119,9 +117,16 @@ def _opened(path: Path, stack: ExitStack) -> sqlite3.Connection:
     return database
 
 
-def _topics_of(database: sqlite3.Connection) -> list[tuple[int, str, str, str]]:
-    """Number, name, type and encoding of the messages of each topic."""
-    return database.execute("SELECT id, name, type, serialization_format FROM topics ORDER BY id").fetchall()
+def _topics_of(database: sqlite3.Connection) -> list[tuple[int, str, Definition]]:
+    """Number, name and type of each topic."""
+    texts = _definitions_in(database)
+    query = "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
+    found: list[tuple[int, str, Definition]] = []
+    for number, topic, kind, encoding in database.execute(query).fetchall():
+        schema_encoding, text = texts.get(kind, ("", b""))
+        known = Definition(kind=full_name(kind), encoding=encoding, schema_encoding=schema_encoding, text=text)
+        found.append((number, topic, known))
+    return found
 
 
 def _definitions_in(database: sqlite3.Connection) -> dict[str, tuple[str, bytes]]:
