@@ -17,6 +17,7 @@ from dashboards.model.timeline import timeline_of
 from dashboards.panels.markup import html, text
 from replayers.runs.run import Run, read
 from workbench.errors import NotFound
+from workbench.evaluation.figures.style import save_whole
 from workbench.evaluation.figures.task_figures import draw_task_figures
 from workbench.evaluation.statistics import ends_in_words, intervals_in_words
 from workbench.evaluation.tasks.names import scenario_file_name, scenario_title, strategy_title
@@ -97,8 +98,8 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
             )
             ax.set_title("\n".join([*wrap(timelines[0].task_words, TITLE_LETTERS), costs]), fontsize=7)
             path = folder / "figures" / f"example_{scenario_file_name(scenario)}.png"
-            figure.savefig(path, dpi=200, metadata={"Software": None})
-            figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
+            save_whole(figure, path, dpi=200, metadata={"Software": None})
+            save_whole(figure, path.with_suffix(".pdf"), metadata={"CreationDate": None})
         drawn.append(path)
     return drawn
 

@@ -99,6 +99,7 @@ CROSS_CUTTING_TESTS = {
     "test_frozen_values": "every frozen class",
     "test_stopped_early": "every command that prints",
     "test_abandoned_drafts": "every writer of drafts",
+    "test_bad_output_places": "every command with an output",
     "test_all_layouts": "every reader of logs",
     "test_import_evidence": "importing, as far as replays",
 }

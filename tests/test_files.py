@@ -89,3 +89,24 @@ def _renames_or_drafts(node: ast.AST) -> bool:
         return len(node.args) == 1 and not node.keywords
     names = ("os.replace", "os.rename", "os.getpid", "tempfile.mkstemp", "NamedTemporaryFile")
     return isinstance(node, ast.Attribute | ast.Name) and ast.unparse(node) in names
+
+
+WRITES_ELSEWHERE = (
+    "workbench/planning/solvers/",  # folders of their own, for other programs
+    "workbench/evaluation/solvers.py",
+    "recorders/spot/simulated/services/server.py",
+    "dashboards/rendering/chromium.py",
+    "workbench/files.py",
+)
+
+
+def test_outputs_are_written_as_a_whole() -> None:
+    found = [
+        f"{name}: {ast.unparse(node)}"
+        for name, node in nodes(ast.Call)
+        if not name.startswith(WRITES_ELSEWHERE)
+        and isinstance(node.func, ast.Attribute)
+        and node.func.attr in ("write_text", "write_bytes", "savefig")
+        and not any(isinstance(word, ast.Name) and word.id in ("draft", "stream") for word in ast.walk(node))
+    ]
+    assert found == [], "write with workbench.files.write_text or write_atomically"

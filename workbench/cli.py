@@ -11,7 +11,7 @@ import os
 import sys
 from contextlib import ExitStack
 from difflib import get_close_matches
-from errno import EROFS
+from errno import EDQUOT, EFBIG, EINVAL, ELOOP, ENAMETOOLONG, ENODEV, ENOSPC, ENXIO, EROFS
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any, TextIO
@@ -20,7 +20,7 @@ import click
 from click.shell_completion import get_completion_class
 
 from workbench.debugging import debugging
-from workbench.errors import LiosError, WrongKind
+from workbench.errors import LiosError, WrongKind, shortened
 from workbench.parameters import command_of
 from workbench.plugins import CommandEntries
 from workbench.terminal import emit_text, say, wide_tables
@@ -80,6 +80,12 @@ Environment:
   NO_COLOR       plain tables
 
 lios COMMAND --help shows examples of each. --json prints machine-readable output."""
+
+
+LINKS_IN_A_CIRCLE = "Symlink loop from "
+"""How Path.resolve begins to say so, before Python 3.13."""
+BAD_PLACE = frozenset({EDQUOT, EFBIG, EINVAL, ELOOP, ENAMETOOLONG, ENODEV, ENOSPC, ENXIO, EROFS})
+"""Errors that another path helps against."""
 
 
 class Commands(click.Group):
@@ -300,6 +306,10 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except Exception as error:
         if debug:
             raise
+        if isinstance(error, RuntimeError) and str(error).startswith(LINKS_IN_A_CIRCLE):
+            path = str(error).removeprefix(LINKS_IN_A_CIRCLE).strip("'")
+            say(f"lios: {path}: links lead in a circle. Give another path.")
+            return 2
         words = " ".join(str(error).split())
         say(f"lios: an error that should not happen: {type(error).__name__}: {words}. Run with --debug.")
         return 1
@@ -318,8 +328,8 @@ def _path_kind_error(error: OSError) -> WrongKind | None:
 
 
 def _is_bad_path(error: OSError) -> bool:
-    """Whether a path cannot be used at all, as against a full disk."""
-    refused = isinstance(error, FileNotFoundError | PermissionError) or error.errno == EROFS
+    """Whether a path cannot be used, or what was to be written there as a whole finds no room."""
+    refused = isinstance(error, FileNotFoundError | PermissionError) or error.errno in BAD_PLACE
     return refused and error.filename is not None
 
 
@@ -330,5 +340,5 @@ def _blocking_file(path: str | bytes) -> Path:
 
 
 def _os_error_line(error: OSError) -> str:
-    where = f"{error.filename}: " if error.filename else ""
+    where = f"{shortened(str(error.filename), 300)}: " if error.filename else ""
     return f"lios: {where}{error.strerror or error}. Check the path, the rights and the space on the disk."

@@ -64,7 +64,7 @@ class FileMissing(NotFound):
     """A file does not exist."""
 
     def __init__(self, path: Path | str) -> None:
-        super().__init__(f"{_truncated(str(path), 300)}: no such file. Check the path.")
+        super().__init__(f"{shortened(str(path), 300)}: no such file. Check the path.")
 
 
 class OutputExists(InputError):
@@ -74,13 +74,21 @@ class OutputExists(InputError):
         super().__init__(f"{path} exists. Give another -o/--output, or --force to replace it.")
 
 
+class CannotCreate(InputError):
+    """A file cannot be created at this path."""
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"{shortened(str(path), 300)}: cannot be written ({reason}). Choose another -o/--output.")
+
+
 class WrongKind(InputError):
     """A file was given where a folder is needed, or the reverse."""
 
     def __init__(self, path: Path | str, *, needed: str) -> None:
         other = "file" if needed == "folder" else "folder"
         super().__init__(
-            f"{_truncated(str(path), 300)}: it is a {other}, and a {needed} is needed. Give another path."
+            f"{shortened(str(path), 300)}: it is a {other}, and a {needed} is needed. Give another path."
         )
 
 
@@ -107,7 +115,7 @@ class BadValue(Malformed):
     """
 
     def __init__(self, where: str, value: object, allowed: str) -> None:
-        shown = "not given" if value is None else _truncated(repr(value), 80)
+        shown = "not given" if value is None else shortened(repr(value), 80)
         super().__init__(f"{where} is {shown}; it must be {allowed}.")
 
 
@@ -132,9 +140,9 @@ class UnknownName(NotFound):
         shown = nearest or (names if name == "?" or len(names) <= MAX_LISTED else names[: MAX_LISTED // 2])
         more = len(names) - len(shown) if not nearest else 0
         listed = ", ".join(shown) + (f", and {more} more, which '?' lists" if more else "")
-        place = f" in {_truncated(where, 120)}" if where else ""
+        place = f" in {shortened(where, 120)}" if where else ""
         hint = "Did you mean" if nearest else "Known are"
-        super().__init__(f"no {kind} {_truncated(name, 60)!r}{place}. {hint}: {listed or 'none'}.")
+        super().__init__(f"no {kind} {shortened(name, 60)!r}{place}. {hint}: {listed or 'none'}.")
 
 
 class MissingExtra(Unsupported):
@@ -157,6 +165,6 @@ def _unpickle_error(kind: type[LiosError], args: tuple[object, ...], attributes:
     return error
 
 
-def _truncated(text: str, limit: int) -> str:
+def shortened(text: str, limit: int) -> str:
     """The text, shortened to `limit` characters."""
     return text if len(text) <= limit else text[: limit - 3] + "..."

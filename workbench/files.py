@@ -15,11 +15,14 @@ import socket
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
+from errno import EDQUOT, EFBIG, ELOOP, ENOSPC
 from functools import cache
 from pathlib import Path
 
-from workbench.errors import InputError
+from workbench.errors import CannotCreate, InputError, WrongKind
 
+FULL = frozenset({ENOSPC, EDQUOT, EFBIG})
+"""Errors of writes for want of room; they name no file."""
 MAX_FILE_NAME = 100
 """Longest file name in bytes that is made from another name, without the hash."""
 _DRAFT = re.compile(r"\..+\.\d+\.(?P<process>\d+)\.(?P<machine>[0-9a-f]{8})\.part", re.ASCII | re.DOTALL)
@@ -64,9 +67,10 @@ def atomic(path: Path) -> Generator[Path]:
     Raises:
         OSError: the draft cannot be written or renamed; it names the file.
     """
-    target = path.resolve() if path.is_symlink() else path
+    target = target_of(path)
     if target.exists() and not target.is_file():
-        yield target
+        with naming(path):
+            yield target
         return
     draft = draft_path(target)
     remove_abandoned_drafts(target.parent)
@@ -74,11 +78,64 @@ def atomic(path: Path) -> Generator[Path]:
         yield draft
         replace(draft, target)
     except OSError as error:
-        if error.filename == str(draft):
+        if error.filename == str(draft) or (error.filename is None and error.errno in FULL):
             error.filename = str(path)
         raise
     finally:
         draft.unlink(missing_ok=True)
+
+
+@contextmanager
+def naming(path: Path) -> Generator[None]:
+    """Writes to a file that is open: errors for want of room name it."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None and error.errno in FULL:
+            error.filename = str(path)
+        raise
+
+
+def target_of(path: Path) -> Path:
+    """The file to which a path leads, also through links, whether it exists or not.
+
+    Raises:
+        OSError: the links lead in a circle.
+    """
+    if not path.is_symlink():
+        return path
+    with suppress(RuntimeError):  # a circle, before Python 3.13
+        found = path.resolve()
+        if not found.is_symlink():
+            return found
+    raise OSError(ELOOP, os.strerror(ELOOP), str(path))
+
+
+def file_to_replace(path: Path) -> Path:
+    """The file that a complete draft takes the place of: that of a link, and nothing that is no file.
+
+    Raises:
+        WrongKind: a folder.
+        CannotCreate: a device, a pipe, or links in a circle.
+    """
+    try:
+        target = target_of(path)
+    except OSError as error:
+        raise CannotCreate(path, error.strerror or str(error)) from None
+    if target.is_dir():
+        raise WrongKind(path, needed="file")
+    if target.exists() and not target.is_file():
+        raise CannotCreate(path, "it is a device or a pipe, and no file")
+    return target
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a whole file of UTF-8, in place of an existing one.
+
+    Raises:
+        OSError: as write_atomically.
+    """
+    write_atomically(path, text.encode("utf-8"))
 
 
 def write_atomically(path: Path, data: bytes) -> None:

@@ -20,6 +20,8 @@ from dashboards.figures.trajectory import draw_trajectory
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
+from workbench.evaluation.figures.style import save_whole
+from workbench.files import make_folder
 
 FORMATS = ("pdf", "svg", "png")
 KEY_LINE_IN = 0.15
@@ -45,12 +47,12 @@ def write_figures(
     for path in paths:
         if path.exists() and not force:
             raise OutputExists(path)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     with mpl.rc_context({"backend": "agg"}), figure_style():
         for name, draw in drawings.items():
             figure = draw()
             for ext in formats:
-                figure.savefig(folder / f"{name}.{ext}", dpi=300, metadata=_metadata(ext))
+                save_whole(figure, folder / f"{name}.{ext}", dpi=300, metadata=_metadata(ext))
     return paths
 
 

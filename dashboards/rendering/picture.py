@@ -10,6 +10,7 @@ from dashboards.library.same_place import same_house
 from dashboards.model.timeline import Timeline
 from dashboards.rendering.chromium import page_of
 from workbench.errors import BadValue, OutputExists
+from workbench.files import make_folder, write_atomically
 from workbench.tolerances import NEAR_SHOWN_S
 
 MAX_PX = 4096
@@ -89,5 +90,5 @@ def draw_picture(
         page.evaluate("(t) => window.lios.seek(t)", at_s)
         page.wait_for_timeout(150)
         picture = page.screenshot(type="png")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(picture)
+    make_folder(path.parent)
+    write_atomically(path, picture)

@@ -16,6 +16,7 @@ from dashboards.rendering.chromium import PageFailed, page_of
 from dashboards.rendering.mp4 import Sample, mp4
 from dashboards.rendering.picture import Framing, require_within
 from workbench.errors import BadValue, OutputExists
+from workbench.files import make_folder, write_atomically
 from workbench.terminal import progress
 
 CAPTION_LINE_PX = 19
@@ -75,8 +76,8 @@ def draw_video(
         description = base64.b64decode(last["description"])
     if len(samples) != count or not description:
         raise PageFailed(f"{len(samples)} of {count} frames were encoded")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(mp4(samples, description, width=width, height=height, frames_a_second=frames_a_second))
+    make_folder(path.parent)
+    write_atomically(path, mp4(samples, description, width=width, height=height, frames_a_second=frames_a_second))
     return count
 
 

@@ -7,16 +7,8 @@ import stat
 from pathlib import Path
 from typing import BinaryIO
 
-from workbench.errors import Failed, FileMissing, InputError, OutputExists, WrongKind
+from workbench.errors import CannotCreate, FileMissing, InputError, OutputExists, WrongKind
 from workbench.file_lock import locked
-
-
-class CannotCreate(Failed):
-    """A file cannot be created at this path."""
-
-    def __init__(self, path: Path | str, reason: str) -> None:
-        self.reason = reason
-        super().__init__(f"{path}: cannot be written ({reason}). Choose another -o/--output.")
 
 
 class LogInUse(InputError):

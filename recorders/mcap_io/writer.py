@@ -34,10 +34,10 @@ from mcap.records import (
 
 from recorders.mcap_io.chunk import Chunk, Compression, PackedChunk
 from recorders.mcap_io.crc32 import combined_crc
-from recorders.mcap_io.file import CannotCreate, create, reopen
+from recorders.mcap_io.file import create, reopen
 from recorders.mcap_io.index import MAGIC, LogIndex, record_bytes
 from workbench import __version__
-from workbench.errors import Failed
+from workbench.errors import CannotCreate, Failed
 
 LIBRARY = f"lios-workbench/{__version__} mcap-python/{version('mcap')}"
 CHUNK_BYTES = 1 << 20

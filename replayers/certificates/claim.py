@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 
 from workbench.errors import OutputExists
-from workbench.files import atomic
+from workbench.files import atomic, file_to_replace, make_folder
 
 CLAIM_VERSION = 2
 CLAIM_MEMBER = "claim.json"
@@ -179,6 +179,7 @@ def write_claim(path: Path, values: dict[str, Any], *, force: bool = False) -> N
     """
     if path.exists() and not force:
         raise OutputExists(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic(path) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as packed:
+    file = file_to_replace(path)
+    make_folder(file.parent)
+    with atomic(file) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr(zipfile.ZipInfo(CLAIM_MEMBER, STAMP), json.dumps(values, indent=1), zipfile.ZIP_DEFLATED)

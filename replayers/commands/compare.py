@@ -92,9 +92,11 @@ def compare(
     pairs = met
     if frames:
         from replayers.batch.replay_tables import replays_frame, steps_frame
+        from workbench.files import atomic
 
-        replays_frame(stored).to_parquet(folder / "replays.parquet")
-        steps_frame(stored).to_parquet(folder / "steps.parquet")
+        for name, frame in (("replays", replays_frame(stored)), ("steps", steps_frame(stored))):
+            with atomic(folder / f"{name}.parquet") as draft:
+                frame.to_parquet(draft)
     lost = LogLosses(
         lost={record.log: record.lost for record in records if record.lost},
         cut_off=tuple(sorted({record.log for record in records if not record.complete_log})),
@@ -144,9 +146,10 @@ def _settle(judged: Sequence[Judgement], junit: Path | None) -> None:
     """
     from replayers.batch.claims import junit_xml
     from workbench.errors import Failed
+    from workbench.files import write_text
 
     if junit is not None:
-        junit.write_text(junit_xml(judged), encoding="utf-8")
+        write_text(junit, junit_xml(judged))
     shown = [judgement.words for judgement in judged if judgement.holds]
     if shown:
         raise Failed("; ".join(shown))

@@ -78,6 +78,7 @@ def _write(made: Any, folder: Path, *, force: bool) -> None:
     import msgspec
 
     from workbench.errors import OutputExists
+    from workbench.files import make_folder, write_text
     from workbench.terminal import say
 
     answer = msgspec.json.format(msgspec.json.encode(made.answer()), indent=2).decode() + "\n"
@@ -87,11 +88,12 @@ def _write(made: Any, folder: Path, *, force: bool) -> None:
         "task.sas": made.sas.text,
         "plan.json": answer,
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
+    make_folder(folder)
+    for name in files:
         if (folder / name).exists() and not force:
             raise OutputExists(folder / name)
-        (folder / name).write_text(text, encoding="utf-8")
+    for name, text in files.items():
+        write_text(folder / name, text)
     say(f"Written to {folder}: {', '.join(files)}.")
 
 

@@ -12,7 +12,6 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from recorders.mcap_io.chunk import Compression
-from recorders.mcap_io.file import CannotCreate
 from recorders.mcap_io.writer import CHUNK_BYTES, LIBRARY, DiskFull, McapWriter
 from replayers.log_tools.read_ahead import read_ahead
 from replayers.log_tools.whole_chunk import WholeChunk, whole_chunk
@@ -20,8 +19,8 @@ from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.records import ChunkRecord, Record
 from replayers.mcap_io.scan import Damage, open_log, scan
 from replayers.mcap_io.summary import read_summary
-from workbench.errors import Failed, OutputExists, WrongKind
-from workbench.files import draft_path, remove_abandoned_drafts
+from workbench.errors import CannotCreate, InputError, OutputExists
+from workbench.files import draft_path, file_to_replace, remove_abandoned_drafts
 from workbench.files import replace as replace_file
 from workbench.log_schema.run_info import INFO_METADATA
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, identity_in
@@ -50,7 +49,7 @@ class LogLayout:
         return chunk.record.compression == self.compression and min_bytes <= len(chunk.data) <= max_bytes
 
 
-class NoDiskSpace(Failed):
+class NoDiskSpace(InputError):
     """The disk is full; what was there before the copy is untouched."""
 
     def __init__(self, path: Path, reason: str) -> None:
@@ -71,9 +70,7 @@ class LogCopier:
     """
 
     def __init__(self, path: Path | str, style: LogLayout, *, profile: str = "") -> None:
-        self.path, self._style = Path(path), style
-        if self.path.is_dir():
-            raise WrongKind(self.path, needed="file")
+        self.path, self._style = file_to_replace(Path(path)), style
         if self.path.exists() and not style.force:
             raise OutputExists(self.path)
         try:

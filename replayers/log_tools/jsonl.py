@@ -6,13 +6,12 @@ from pathlib import Path
 
 import msgspec
 
-from recorders.mcap_io.file import CannotCreate
 from replayers.log_tools.copy_log import NoDiskSpace, ReadLoss, contents
 from replayers.log_tools.decode_message import MessageDecoder
 from replayers.log_tools.rewrite import Progress, RewriteReport, require_distinct_output
 from replayers.mcap_io.messages import Message
-from workbench.errors import OutputExists, WrongKind
-from workbench.files import draft_path, remove_abandoned_drafts, replace
+from workbench.errors import CannotCreate, OutputExists
+from workbench.files import draft_path, file_to_replace, remove_abandoned_drafts, replace
 
 
 def to_lines(log: Path, output: Path, *, force: bool, progress: Progress = iter) -> RewriteReport:
@@ -23,8 +22,7 @@ def to_lines(log: Path, output: Path, *, force: bool, progress: Progress = iter)
         BadValue: output and log are the same file.
     """
     require_distinct_output([log], output)
-    if output.is_dir():
-        raise WrongKind(output, needed="file")
+    output = file_to_replace(output)
     if output.exists() and not force:
         raise OutputExists(output)
     shown, loss, count = MessageDecoder(whole=True), ReadLoss(), 0

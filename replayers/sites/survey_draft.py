@@ -24,6 +24,7 @@ from replayers.runs.run import read
 from replayers.sites.graph_lengths import lengths_between, near_pairs
 from workbench.arrays import Floats
 from workbench.errors import Unsupported
+from workbench.files import make_folder, write_text
 from workbench.log_schema.events import NANO
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import FloorPlan
@@ -147,12 +148,12 @@ def _at_a_stop(tag: tuple[float, float, float], stops: Iterable[DraftStop]) -> b
 
 def write_draft(draft: SiteDraft, folder: Path, *, name: str) -> Path:
     """Writes site.yaml, travel.csv and the map of a draft; returns the site file. The folder must not hold a site."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     if draft.grid is not None:
         write_map(draft.grid, folder / "map.yaml")
     names = ["start", *(stop.name for stop in draft.stops)]
     rows = [",".join([row, *(f"{metres:.2f}" for metres in draft.metres[i])]) for i, row in enumerate(names)]
-    (folder / "travel.csv").write_text("\n".join([",".join(["", *names]), *rows]) + "\n", encoding="utf-8")
+    write_text(folder / "travel.csv", "\n".join([",".join(["", *names]), *rows]) + "\n")
     text = yaml.safe_dump(
         _as_file(draft, name), sort_keys=False, allow_unicode=True, width=110, default_flow_style=None
     )
@@ -163,7 +164,7 @@ def write_draft(draft: SiteDraft, folder: Path, *, name: str) -> Path:
         "# draw the rooms, and name the items that carry the tags. Then: lios site check site.yaml\n"
     )
     file = folder / "site.yaml"
-    file.write_text(head + left_out + text, encoding="utf-8")
+    write_text(file, head + left_out + text)
     return file
 
 

@@ -14,13 +14,12 @@ from typing import Literal
 
 import msgspec
 
-from recorders.mcap_io.file import CannotCreate
 from replayers.log_tools.copy_log import NoDiskSpace
 from replayers.tables.arrow import pa
 from replayers.tables.frames import LogSource, Tables, UnreadableLog
 from replayers.tables.schemas import SCHEMAS
-from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
-from workbench.files import draft_path, remove_abandoned_drafts
+from workbench.errors import BadValue, CannotCreate, Malformed, OutputExists, UnknownName, WrongKind
+from workbench.files import draft_path, file_to_replace, remove_abandoned_drafts
 from workbench.remote.path import path_of
 from workbench.third_party.data_frames import pd
 
@@ -137,6 +136,7 @@ def export_table(
     """
     if file.exists() and not force:
         raise OutputExists(file)
+    file = file_to_replace(file)
     draft = draft_path(file)
     remove_abandoned_drafts(file.parent)
     try:

@@ -16,12 +16,11 @@ from mcap.reader import make_reader
 from mcap.records import DataEnd
 from mcap.stream_reader import StreamReader
 
-from recorders.mcap_io.file import CannotCreate
 from recorders.mcap_io.writer import LIBRARY, AlreadyClosed, DiskFull, McapWriter
 from replayers.mcap_io.reader import messages
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import read_index
-from workbench.errors import OutputExists, WrongKind
+from workbench.errors import CannotCreate, OutputExists, WrongKind
 
 
 def _fill(writer: McapWriter, count: int, size: int = 100) -> int:

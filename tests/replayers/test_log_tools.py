@@ -133,7 +133,7 @@ def test_what_was_there_stays_until_the_new_log_is_whole(
     )
     with monkeypatch.context() as patch:
         patch.setattr(target, full)
-        assert _lios(*words) == 1
+        assert _lios(*words) == 2
     told = capsys.readouterr().err
     assert "not written (no space left)" in told
     assert len(told.splitlines()) == 1
@@ -388,7 +388,7 @@ def test_a_disk_with_no_room_at_all_is_told_in_one_line_and_left_clean(
         "split": ["log", "split", str(log), "-o", str(tmp_path / "out" / "a.mcap"), "--by", "run"],
     }[command]
     ended = subprocess.run([sys.executable, "-c", program, *args], capture_output=True, text=True)
-    assert ended.returncode == 1
+    assert ended.returncode == 2
     assert len(ended.stderr.strip().splitlines()) == 1
     assert "File too large" in ended.stderr
     assert ".part" not in ended.stderr

@@ -90,13 +90,14 @@ def _write_place(template: str, name: str, file: Path, *, force: bool) -> None:
     from string import Template
 
     from workbench.errors import BadValue, OutputExists
+    from workbench.files import make_folder, write_text
 
     if not re.fullmatch(r"[A-Za-z0-9]+([-_][A-Za-z0-9]+)*", name):
         raise BadValue("NAME", name, "letters, digits and hyphens, such as my-flat")
     if file.exists() and not force:
         raise OutputExists(file)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(Template(_template(template)).substitute(module=name), encoding="utf-8", newline="\n")
+    make_folder(file.parent)
+    write_text(file, Template(_template(template)).substitute(module=name))
 
 
 def _say_next(file: Path, command: str) -> None:
@@ -111,19 +112,20 @@ def _written(kind: str, name: str, folder: Path, *, force: bool) -> str:
     from string import Template
 
     from workbench.errors import OutputExists
+    from workbench.files import make_folder, write_text
     from workbench.terminal import say
 
     words = _words(name)
     module, class_name = "_".join(words), "".join(word.capitalize() for word in words)
     values = {"module": module, "class_name": class_name, "plain_name": "-".join(words)}
     files = {f"{module}.py": f"{kind}.txt", f"test_{module}.py": f"{kind}_test.txt"}
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for file in files:
         if (folder / file).exists() and not force:
             raise OutputExists(folder / file)
     for file, template in files.items():
         text = Template(_template(template)).substitute(values)
-        (folder / file).write_text(text, encoding="utf-8", newline="\n")
+        write_text(folder / file, text)
     say(f"Wrote {' and '.join(str(folder / file) for file in files)}.")
     return f"{module}:{class_name}"
 

@@ -18,6 +18,7 @@ import msgspec
 from workbench import __version__
 from workbench.errors import InputError
 from workbench.file_lock import locked
+from workbench.files import naming
 from workbench.plugins import NameOrigin, import_path
 
 Unit = TypeVar("Unit")
@@ -62,7 +63,8 @@ class StoredResults(Generic[Result]):
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stream.close()
+        with naming(self.path):
+            self._stream.close()
 
     def __len__(self) -> int:
         return len(self._found)
@@ -73,8 +75,9 @@ class StoredResults(Generic[Result]):
     def add(self, key: str, result: Result) -> None:
         self._found[key] = result
         line = _Line(key=key, result=msgspec.Raw(msgspec.json.encode(result)))
-        self._stream.write(msgspec.json.encode(line) + b"\n")
-        self._stream.flush()
+        with naming(self.path):
+            self._stream.write(msgspec.json.encode(line) + b"\n")
+            self._stream.flush()
 
     def discard(self) -> None:
         """Remove the file: the evaluation is complete, and its report holds everything."""

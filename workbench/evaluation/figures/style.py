@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from workbench.files import write_atomically
 
 BLUE, VERMILION, GREEN, PINK, ORANGE, SKY, GREY = (
     "#0072B2",
@@ -57,5 +61,12 @@ def disable_math_text(ax: Axes) -> None:
 
 def save(figure: Figure, path: Path) -> Path:
     """Write a PNG whose bytes depend only on the drawing."""
-    figure.savefig(path, dpi=DOTS_PER_INCH, metadata={"Software": None})
+    return save_whole(figure, path, dpi=DOTS_PER_INCH, metadata={"Software": None})
+
+
+def save_whole(figure: Figure, path: Path, *, dpi: float | None = None, metadata: dict[str, Any]) -> Path:
+    """Write a figure of the path's kind, or nothing where it finds no room."""
+    stream = BytesIO()
+    figure.savefig(stream, format=path.suffix.removeprefix("."), dpi=dpi or "figure", metadata=metadata)
+    write_atomically(path, stream.getvalue())
     return path

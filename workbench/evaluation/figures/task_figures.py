@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from workbench.evaluation.figures.planning_time import draw_planning_time
-from workbench.evaluation.figures.style import DOTS_PER_INCH, new_figure
+from workbench.evaluation.figures.style import new_figure, save, save_whole
 from workbench.evaluation.figures.task_bars import draw_task_bars
 from workbench.evaluation.figures.task_scatter import draw_task_scatter
 from workbench.evaluation.tasks.names import scenario_file_name
@@ -71,6 +71,5 @@ def _share_of_belief(rows: Sequence[TaskRow]) -> float | None:
 
 
 def _save(figure: Figure, path: Path) -> Path:
-    figure.savefig(path, dpi=DOTS_PER_INCH, metadata={"Software": None})
-    figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
-    return path
+    save_whole(figure, path.with_suffix(".pdf"), metadata={"CreationDate": None})
+    return save(figure, path)

@@ -29,7 +29,7 @@ from workbench.evaluation.search.trials import SearchTrial
 from workbench.evaluation.splits import effective_split, is_shared, split_indices, split_of
 from workbench.evaluation.statistics import intervals_in_words
 from workbench.evaluation.stored_results import StoredResults
-from workbench.files import write_atomically
+from workbench.files import atomic, write_atomically
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import House, ItemType
@@ -271,7 +271,7 @@ def write_report(report: SearchReport, answer: dict[str, Any], folder: Path) -> 
     as_json, table, trials = folder / "search.json", folder / "search.md", folder / "trials.csv"
     write_atomically(as_json, msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
     write_atomically(table, as_markdown(answer).encode())
-    with trials.open("w", newline="", encoding="utf-8") as file:
+    with atomic(trials) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(
             ["house", "item_type", "kind", "policy", "cost", "searches", "predicted", "corrected", "order"]

@@ -16,6 +16,7 @@ import msgspec
 import numpy as np
 
 from workbench.errors import FileMissing, MalformedFile
+from workbench.files import write_atomically, write_text
 from workbench.worlds.maps.occupancy import OccupancyGrid
 from workbench.worlds.maps.rotated_grid import axis_aligned, is_occupied
 from workbench.worlds.sites.map_pixels import (
@@ -99,12 +100,12 @@ def write_map(grid: OccupancyGrid, path: Path) -> None:
     picture = path.with_suffix(".pgm")
     rows, columns = grid.occupied.shape
     pixels = np.where(np.flipud(grid.occupied), OCCUPIED, FREE).astype(np.uint8)
-    picture.write_bytes(f"P5\n{columns} {rows}\n255\n".encode("ascii") + pixels.tobytes())
-    path.write_text(
+    write_atomically(picture, f"P5\n{columns} {rows}\n255\n".encode("ascii") + pixels.tobytes())
+    write_text(
+        path,
         f"image: {picture.name}\nresolution: {grid.resolution_m:g}\n"
         f"origin: [{grid.origin[0]:g}, {grid.origin[1]:g}, 0.0]\n"
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
-        encoding="utf-8",
     )
 
 
