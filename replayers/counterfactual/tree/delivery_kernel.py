@@ -273,7 +273,7 @@ def _cheapest_legs(
         for q in range(count):
             orders[p, q] = unmet[task.orders[first + p, q]]
     row, _, _, found = cheapest_delivery(
-        task.metres, places, tables, slot_at, find, ends, np.zeros(parts, np.int64), rules.operations, 0,
+        task.metres, places, tables, slot_at, find, ends, np.zeros(parts, np.int64), rules.operations, np.int64(0),
         task.manipulation, orders, rules.clearly, rules.max_nodes,
     )  # fmt: skip
     legs = np.empty((count if row >= 0 else 0, 4), np.int64)

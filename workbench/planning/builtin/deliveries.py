@@ -88,10 +88,10 @@ def _cheapest(
     if not left:
         return None
     orders = _orders(tuple(left))
-    row, cost, expanded, legs = cheapest_delivery(
+    row, cost, expanded, legs = cheapest_delivery(  # of copies: for read-only arrays it would be compiled once more
         problem.travel.metres,
-        problem.travel.rows(problem.locations),
-        find_tables(problem),
+        problem.travel.rows(problem.locations).copy(),
+        find_tables(problem).copy(),
         np.array(at),
         np.array(find),
         np.array(ends),
