@@ -7,6 +7,7 @@ waypoint. A snapshot's points and tags are in the odometry frame of its moment (
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import atan2
 from pathlib import Path
@@ -23,7 +24,7 @@ from workbench.worlds.maps.clearance import closed_gaps, distances_to
 from workbench.worlds.maps.occupancy import MAX_CELLS, OccupancyGrid
 
 if TYPE_CHECKING:
-    from recorders.spot.client.graph_nav_map import Graph, Waypoint, WaypointSnapshot
+    from recorders.spot.client.graph_nav_map import Graph, SnapshotFault, Waypoint, WaypointSnapshot
 
 Poses = dict[str, Floats]
 """seed_tform_waypoint by waypoint id, shape (4, 4), metres."""
@@ -50,7 +51,7 @@ class GraphNavDraft:
     Attributes:
         waypoints, edges: how many the map has.
         disconnected: waypoints that no edge connects with the start.
-        unread_clouds: snapshots that are missing or whose points are in another encoding.
+        unread: waypoints whose snapshots, or the points in these, could not be read, and why.
         named_only: whether only waypoints with a name of their own became containers.
     """
 
@@ -58,7 +59,7 @@ class GraphNavDraft:
     waypoints: int
     edges: int
     disconnected: tuple[str, ...]
-    unread_clouds: int
+    unread: Mapping[str, SnapshotFault]
     named_only: bool
 
 
@@ -105,7 +106,7 @@ def draft_from_graph_nav(folder: Path) -> GraphNavDraft:
         waypoints=len(ordered),
         edges=len(graph.edges),
         disconnected=tuple(w.id for w in ordered if w.id not in poses),
-        unread_clouds=unread,
+        unread=unread,
         named_only=bool(named),
     )
 
@@ -165,24 +166,24 @@ def _lengths(graph: Graph, places: list[str]) -> Floats:
 
 def _snapshots(
     folder: Path, waypoints: list[Waypoint], poses: Poses
-) -> tuple[list[Floats], dict[int, tuple[float, float, float]], int]:
-    """Points on the map, z from the floor, shape (points, 3) a snapshot; tags' places; how many are unread."""
-    from recorders.spot.client.graph_nav_map import read_snapshot
+) -> tuple[list[Floats], dict[int, tuple[float, float, float]], dict[str, SnapshotFault]]:
+    """Points on the map, z from the floor, shape (points, 3) a snapshot; tags' places; waypoints of the unread."""
+    from recorders.spot.client.graph_nav_map import SnapshotFault, read_snapshot
 
     clouds: list[Floats] = []
     seen: dict[int, list[Floats]] = {}
-    unread = 0
+    unread: dict[str, SnapshotFault] = {}
     for waypoint in waypoints:
         snapshot = read_snapshot(folder, waypoint)
-        if snapshot is None:
-            unread += 1
+        if isinstance(snapshot, SnapshotFault):
+            unread[waypoint.id] = snapshot
             continue
         seed_tform_ko = poses[waypoint.id] @ _matrix(waypoint.waypoint_tform_ko)
         for number, ko_tform_tag in _tags_in(snapshot):
             seen.setdefault(number, []).append((seed_tform_ko @ ko_tform_tag)[:3, 3])
         points = _points_in(snapshot)
         if points is None:
-            unread += 1
+            unread[waypoint.id] = SnapshotFault.PACKED
             continue
         placed = points @ seed_tform_ko[:3, :3].T + seed_tform_ko[:3, 3]
         placed[:, 2] -= poses[waypoint.id][2, 3] - BODY_HEIGHT_M

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from math import pi
 from pathlib import Path
@@ -133,6 +134,52 @@ def test_what_is_no_map_is_refused(tmp_path: Path) -> None:
 @pytest.mark.skipif(not REAL.exists(), reason="the recorded GraphNav maps are not here")
 def test_a_recorded_map_with_an_anchoring(tmp_path: Path) -> None:
     made = draft_from_graph_nav(REAL)
-    assert (made.waypoints, made.edges, made.disconnected, made.unread_clouds) == (52, 51, (), 0)
+    assert (made.waypoints, made.edges, made.disconnected, dict(made.unread)) == (52, 51, (), {})
     assert made.draft.other_tags[202] == pytest.approx((0, 0, 0), abs=1e-3), "the anchoring's own origin"
     load_site(write_draft(made.draft, tmp_path, name="real"))
+
+
+def test_damaged_snapshots_are_told_and_what_is_left_becomes_a_draft(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write_map(tmp_path / "map", names=("a", "b", "c", "d"))
+    snapshots = folder / "waypoint_snapshots"
+    (snapshots / "snap0").write_bytes((snapshots / "snap0").read_bytes()[:1000])
+    (snapshots / "snap1").write_bytes(b"")
+    (snapshots / "snap2").unlink()
+    wanted = ["site", "from-graph-nav", str(folder), "-o", str(tmp_path / "home"), "--force"]
+    assert lios(wanted) == 3
+    told = capsys.readouterr().err
+    assert "warning: 2 snapshots are damaged: what the robot saw from id0, id1 is not in the draft." in told
+    assert "warning: 1 snapshot is missing: what the robot saw from id2 is" in told
+    assert load_site(tmp_path / "home" / "site.yaml").plan.containers
+    assert lios([*wanted, "--json"]) == 3
+    made = json.loads(capsys.readouterr().out)
+    assert made["unread"] == {"id0": "damaged", "id1": "damaged", "id2": "missing"}
+    assert made["unread_clouds"] == 3
+    assert made["map"] is False
+    (folder / "graph").write_bytes(b"")
+    assert lios(wanted) == 2
+
+
+@pytest.mark.parametrize("fault", ["edge", "odometry", "anchor", "twice", "time"])
+def test_a_graph_that_no_robot_made_is_refused(
+    fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write_map(tmp_path / "map")
+    graph = map_pb2.Graph.FromString((folder / "graph").read_bytes())
+    if fault == "edge":
+        graph.edges[0].from_tform_to.position.x = 1e30
+    elif fault == "odometry":
+        graph.waypoints[1].waypoint_tform_ko.position.y = float("nan")
+    elif fault == "anchor":
+        graph.anchoring.anchors.add(id="id0").seed_tform_waypoint.rotation.w = float("inf")
+    elif fault == "twice":
+        graph.waypoints[1].id = graph.waypoints[0].id
+    else:
+        graph.waypoints[1].annotations.creation_time.seconds = -(10**12)
+    (folder / "graph").write_bytes(graph.SerializeToString())
+    assert lios(["site", "from-graph-nav", str(folder), "-o", str(tmp_path / "home")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"lios: {folder / 'graph'}: ")
+    assert not (tmp_path / "home").exists()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
+from enum import StrEnum
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +15,30 @@ from bosdyn.client.math_helpers import SE3Pose
 from google.protobuf.message import DecodeError
 
 from workbench.arrays import Floats
+from workbench.worlds.geometry import MAX_COORDINATE_M
 
 Graph = map_pb2.Graph
 Waypoint = map_pb2.Waypoint
 WaypointSnapshot = map_pb2.WaypointSnapshot
+MAX_SECONDS = 1 << 36
+"""Of the time when a waypoint was made: 2,178 years from 1970, either way."""
+
+
+def what_is_wrong(graph: Graph) -> str:
+    """What no map of a robot holds, such as places that are no numbers; empty for none."""
+    ids = [w.id for w in graph.waypoints]
+    if len(set(ids)) < len(ids):
+        return f"two waypoints have the id {next(i for i in ids if ids.count(i) > 1)!r}"
+    of_edges = [(f"edge from {e.id.from_waypoint} to {e.id.to_waypoint}", e.from_tform_to) for e in graph.edges]
+    of_waypoints = [(f"waypoint {w.id}", w.waypoint_tform_ko) for w in graph.waypoints]
+    anchors = [(f"anchor of {a.id}", a.seed_tform_waypoint) for a in graph.anchoring.anchors]
+    for what, pose in (*of_edges, *of_waypoints, *anchors):
+        at, turn = pose.position, pose.rotation
+        near = all(abs(metres) <= MAX_COORDINATE_M for metres in (at.x, at.y, at.z))
+        if not near or not isfinite(turn.w + turn.x + turn.y + turn.z):
+            return f"the pose of the {what} is no place within {MAX_COORDINATE_M:.0f} m"
+    times = (w.annotations.creation_time for w in graph.waypoints)
+    return "" if all(abs(t.seconds) < MAX_SECONDS for t in times) else "a waypoint was made at no possible time"
 
 
 def graph_hash(graph: Graph) -> str:
@@ -46,14 +68,25 @@ def waypoint_ids(graph: Graph, wanted: Iterable[str]) -> tuple[dict[str, str], l
     return known, missing, ambiguous
 
 
-def read_snapshot(folder: Path, waypoint: Waypoint) -> WaypointSnapshot | None:
-    """A waypoint's snapshot in a map's folder; None where it is missing or damaged."""
+class SnapshotFault(StrEnum):
+    """Why a waypoint's snapshot cannot be used, or its points cannot."""
+
+    MISSING = "missing"
+    DAMAGED = "damaged"
+    PACKED = "in another encoding of points"
+
+
+def read_snapshot(folder: Path, waypoint: Waypoint) -> WaypointSnapshot | SnapshotFault:
+    """A waypoint's snapshot in a map's folder, or why there is none. One of another id was damaged: bytes that are no
+    snapshot often decode as a part of one."""
     snapshot = WaypointSnapshot()
     try:
         snapshot.ParseFromString((folder / "waypoint_snapshots" / Path(waypoint.snapshot_id).name).read_bytes())
+    except FileNotFoundError:
+        return SnapshotFault.MISSING
     except (OSError, DecodeError):
-        return None
-    return snapshot
+        return SnapshotFault.DAMAGED
+    return snapshot if snapshot.id == waypoint.snapshot_id else SnapshotFault.DAMAGED
 
 
 def matrix(pose: Any) -> Floats:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from workbench.options import Json
 from workbench.parameters import Argument, Option
+
+if TYPE_CHECKING:
+    from recorders.spot.client.graph_nav_map import SnapshotFault
+
+MAX_NAMED = 4
+"""Waypoints that a message names."""
 
 
 def from_graph_nav(
@@ -22,7 +29,8 @@ def from_graph_nav(
 ) -> None:
     """Draft the survey of a place from a GraphNav map: waypoints, edges, and a map of its point clouds.
 
-    Named waypoints become containers; if none is named, all do.
+    Named waypoints become containers; if none is named, all do. Where snapshots are missing or damaged, the draft is
+    made of the others, a warning names their waypoints, and the exit code is 3.
 
     Examples:
 
@@ -50,9 +58,11 @@ def from_graph_nav(
                 "containers": {stop.name: stop.waypoint for stop in draft.stops},
                 "other_tags": {number: list(place) for number, place in draft.other_tags.items()},
                 "map": draft.grid is not None,
-                "unread_clouds": made.unread_clouds,
+                "unread_clouds": len(made.unread),
+                "unread": dict(made.unread),
             }
         )
+        _end_with_losses(made.unread)
         return
     emit_table(
         [
@@ -68,8 +78,6 @@ def from_graph_nav(
     )
     if made.disconnected:
         say(f"{counted(len(made.disconnected), 'waypoint')} left out: no edge connects them with the start.")
-    if made.unread_clouds:
-        say(f"{counted(made.unread_clouds, 'snapshot')} left out of the map: missing, or its points are packed.")
     whose = "the named ones" if made.named_only else "all but the start, because none has a name"
     tags = draft.other_tags
     found = f"{counted(len(tags), 'tag')} of the map" + (", a map" if draft.grid is not None else "")
@@ -77,3 +85,28 @@ def from_graph_nav(
     if tags:
         say(f"Items need other tags than {', '.join(map(str, tags))}, by which the robot finds itself on this map.")
     say(f"Name the containers, delete the other waypoints. Next: lios site check {file}")
+    _end_with_losses(made.unread)
+
+
+def _end_with_losses(unread: Mapping[str, SnapshotFault]) -> None:
+    """Says which snapshots are in neither the map nor the tags.
+
+    Raises:
+        click.exceptions.Exit: with 3, where there is one.
+    """
+    import click
+
+    from workbench.errors import first_few
+    from workbench.terminal import counted, say
+
+    by_fault: dict[SnapshotFault, list[str]] = {}
+    for waypoint, fault in unread.items():
+        by_fault.setdefault(fault, []).append(waypoint)
+    for fault, waypoints in by_fault.items():
+        of = f"{counted(len(waypoints), 'snapshot')} {'is' if len(waypoints) == 1 else 'are'} {fault}"
+        say(
+            f"warning: {of}: what the robot saw from {first_few(waypoints, MAX_NAMED)} is not in the draft. "
+            "Download the map again for it."
+        )
+    if unread:
+        raise click.exceptions.Exit(3)
