@@ -15,20 +15,27 @@ from bosdyn.client.math_helpers import SE3Pose
 from google.protobuf.message import DecodeError
 
 from workbench.arrays import Floats
+from workbench.errors import MalformedFile
 from workbench.worlds.geometry import MAX_COORDINATE_M
 
 Graph = map_pb2.Graph
 Waypoint = map_pb2.Waypoint
 WaypointSnapshot = map_pb2.WaypointSnapshot
+AGAIN = "Download the map from the robot again"
 MAX_SECONDS = 1 << 36
 """Of the time when a waypoint was made: 2,178 years from 1970, either way."""
 
 
-def what_is_wrong(graph: Graph) -> str:
-    """What no map of a robot holds, such as places that are no numbers; empty for none."""
+def require_sound(graph: Graph, file: Path) -> None:
+    """Refuses what no map of a robot holds, such as places that are no numbers.
+
+    Raises:
+        MalformedFile: it names the file.
+    """
     ids = [w.id for w in graph.waypoints]
-    if len(set(ids)) < len(ids):
-        return f"two waypoints have the id {next(i for i in ids if ids.count(i) > 1)!r}"
+    twice = next((i for i in ids if ids.count(i) > 1), None) if len(set(ids)) < len(ids) else None
+    if twice is not None:
+        raise MalformedFile(file, f"two waypoints have the id {twice!r}", AGAIN)
     of_edges = [(f"edge from {e.id.from_waypoint} to {e.id.to_waypoint}", e.from_tform_to) for e in graph.edges]
     of_waypoints = [(f"waypoint {w.id}", w.waypoint_tform_ko) for w in graph.waypoints]
     anchors = [(f"anchor of {a.id}", a.seed_tform_waypoint) for a in graph.anchoring.anchors]
@@ -36,9 +43,9 @@ def what_is_wrong(graph: Graph) -> str:
         at, turn = pose.position, pose.rotation
         near = all(abs(metres) <= MAX_COORDINATE_M for metres in (at.x, at.y, at.z))
         if not near or not isfinite(turn.w + turn.x + turn.y + turn.z):
-            return f"the pose of the {what} is no place within {MAX_COORDINATE_M:.0f} m"
-    times = (w.annotations.creation_time for w in graph.waypoints)
-    return "" if all(abs(t.seconds) < MAX_SECONDS for t in times) else "a waypoint was made at no possible time"
+            raise MalformedFile(file, f"the pose of the {what} is no place within {MAX_COORDINATE_M:.0f} m", AGAIN)
+    if any(abs(w.annotations.creation_time.seconds) >= MAX_SECONDS for w in graph.waypoints):
+        raise MalformedFile(file, "a waypoint was made at no possible time", AGAIN)
 
 
 def graph_hash(graph: Graph) -> str:

@@ -16,7 +16,7 @@ from google.protobuf.message import DecodeError
 
 from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.errors import MapRefused, MapUploadBrokeOff
-from recorders.spot.client.graph_nav_map import what_is_wrong
+from recorders.spot.client.graph_nav_map import require_sound
 from workbench.errors import FileMissing, MalformedFile
 
 UPLOAD_TIMEOUT_S, MIN_BYTES_PER_S = 30.0, 100e3
@@ -38,9 +38,7 @@ def read_graph(folder: Path) -> map_pb2.Graph:
     _read(graph, folder / "graph")
     if not graph.waypoints:
         raise MalformedFile(folder / "graph", "it holds no waypoint", MAP_FOLDER)
-    wrong = what_is_wrong(graph)
-    if wrong:
-        raise MalformedFile(folder / "graph", wrong, "Download the map from the robot again")
+    require_sound(graph, folder / "graph")
     return graph
 
 
