@@ -27,6 +27,7 @@ from bosdyn.client.robot_command import RobotCommandBuilder
 
 from recorders.spot.client.battery import START_PERCENT, charge_percent
 from recorders.spot.client.clock import SteppedSessionClock
+from recorders.spot.client.command_status import command_end
 from recorders.spot.client.connection import NOT_ON_THIS_ROBOT, ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.client.docking import DockOutcome, docked_at, undock
 from recorders.spot.client.errors import Estopped, LeaseTaken, NoEstop, NotReady
@@ -240,7 +241,11 @@ class Control:
             answer: robot_command_pb2.RobotCommandFeedbackResponse = client.robot_command_feedback(
                 number, timeout=self._connection.timeout_s
             )
-            return answer.feedback.synchronized_feedback.mobility_command_feedback.stand_feedback.status == standing
+            moving = answer.feedback.synchronized_feedback.mobility_command_feedback
+            ended = command_end(moving.status)
+            if ended is not None:
+                raise NotReady(str(self._connection.address), f"it did not stand up: the command ended with {ended}")
+            return moving.stand_feedback.status == standing
 
         self._wait(stands, "it did not stand up")
 
@@ -262,7 +267,7 @@ class Control:
         return number
 
     def _sit_down(self) -> None:
-        """Let the robot sit down, and wait until it sits, as the SDK's blocking_sit does."""
+        """Let the robot sit down, and wait until it sits or another command has replaced this one."""
         number = self._try_command(RobotCommandBuilder.synchro_sit_command())
         client, clock = self._connection.client("robot-command"), self._connection.clock
         end, sitting = clock.now_ns() + round(SIT_S * 1e9), basic_command_pb2.SitCommand.Feedback.STATUS_IS_SITTING
@@ -273,6 +278,10 @@ class Control:
                 )
                 moving = answer.feedback.synchronized_feedback.mobility_command_feedback
                 if moving.sit_feedback.status == sitting:
+                    return
+                ended = command_end(moving.status)
+                if ended is not None:
+                    log.warning("the robot does not sit down: the command ended with %s", ended)
                     return
                 clock.sleep(POLL_S)
         except ROBOT_ERRORS as error:

@@ -6,7 +6,6 @@ from math import atan2, cos, hypot, sin
 
 from bosdyn.api import (
     arm_command_pb2,
-    basic_command_pb2,
     geometry_pb2,
     gripper_command_pb2,
     manipulation_api_pb2,
@@ -17,6 +16,7 @@ from bosdyn.client.frame_helpers import GRAV_ALIGNED_BODY_FRAME_NAME, VISION_FRA
 from bosdyn.client.math_helpers import Quat, SE3Pose
 from bosdyn.client.robot_command import RobotCommandBuilder
 
+from recorders.spot.client.command_status import command_end
 from workbench.message_enum import MessageEnum, Result
 from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
@@ -128,9 +128,9 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
 def command_result(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> Result[ArmOutcome]:
     """The outcome of an arm or gripper command, RUNNING if it has not ended."""
     arm, claw = feedback.arm_command_feedback, feedback.gripper_command_feedback.claw_gripper_feedback
-    going = basic_command_pb2.RobotCommandFeedbackStatus
-    if arm.status not in (going.STATUS_PROCESSING, going.STATUS_UNKNOWN):
-        return ArmOutcome.ENDED.result(status=going.Status.Name(arm.status).removeprefix("STATUS_").lower())
+    status = command_end(arm.status)
+    if status is not None:
+        return ArmOutcome.ENDED.result(status=status)
     named, cartesian = arm_command_pb2.NamedArmPositionsCommand.Feedback, arm_command_pb2.ArmCartesianCommand.Feedback
     match arm.WhichOneof("feedback"):
         case "arm_cartesian_feedback":

@@ -27,7 +27,15 @@ from workbench.log_schema.events import NANO
 PROCESSING = basic_command_pb2.RobotCommandFeedbackStatus.STATUS_PROCESSING
 FRONT_M = 0.6
 """Distance in metres from the body's centre beyond which the hand is over what the robot stands at."""
+MOBILITY = ("stand", "sit", "walk", "stop", "safe-power-off")
+"""Commands to the legs: each replaces the one before it."""
 OVERRIDDEN = basic_command_pb2.RobotCommandFeedbackStatus.STATUS_COMMAND_OVERRIDDEN
+
+GOAL_STATUS = {
+    WalkState.WALKING: basic_command_pb2.SE2TrajectoryCommand.Feedback.FINAL_GOAL_STATUS_IN_PROGRESS,
+    WalkState.ARRIVED: basic_command_pb2.SE2TrajectoryCommand.Feedback.FINAL_GOAL_STATUS_ACHIEVABLE,
+    WalkState.STUCK: basic_command_pb2.SE2TrajectoryCommand.Feedback.FINAL_GOAL_STATUS_BLOCKED,
+}
 
 
 class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
@@ -171,7 +179,11 @@ def _feedback(state: SimulatedState, kind: str, number: int) -> synchronized_com
     body = state.body
     feedback = synchronized_command_pb2.SynchronizedCommand.Feedback()
     moving = mobility_command_pb2.MobilityCommand.Feedback(status=PROCESSING)
-    if kind == "stand":
+    if kind in ("stand", "sit") and any(
+        later > number and what in MOBILITY for later, what in state.commands.items()
+    ):
+        moving.status = OVERRIDDEN
+    elif kind == "stand":
         up = basic_command_pb2.StandCommand.Feedback
         moving.stand_feedback.status = up.STATUS_IS_STANDING if body.settled else up.STATUS_IN_PROGRESS
     elif kind == "sit":
@@ -182,8 +194,11 @@ def _feedback(state: SimulatedState, kind: str, number: int) -> synchronized_com
         if walk is None or walk.number != number:
             moving.status = OVERRIDDEN
         else:
-            there = walk.state is not WalkState.WALKING
-            moving.se2_trajectory_feedback.status = going.STATUS_AT_GOAL if there else going.STATUS_GOING_TO_GOAL
+            walks = walk.state is WalkState.WALKING
+            moving.se2_trajectory_feedback.status = going.STATUS_IN_PROGRESS if walks else going.STATUS_STOPPED
+            moving.se2_trajectory_feedback.final_goal_status = GOAL_STATUS.get(
+                walk.state, going.FINAL_GOAL_STATUS_UNKNOWN
+            )
     done = body.lived_s >= state.arm_busy_until_s
     if kind == "arm-pose":
         pose = arm_command_pb2.ArmCartesianCommand.Feedback
