@@ -24,7 +24,7 @@ from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_belief import EstimatorChoice, LoggedBelief, estimator_for
 from replayers.counterfactual.logged_world import NoPaths
 from replayers.counterfactual.overlooked import contradicting_types, misses_note
-from replayers.counterfactual.relevance import Assumptions, relevance_of
+from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
 from replayers.counterfactual.run_tree import RunTree
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
@@ -198,6 +198,11 @@ class PreparedLog:
             return LoggedBelief(self.evidence)
         return self.estimator
 
+    def relevance_to(self, asked: tuple[ItemType, ...]) -> Relevance:
+        """What matters over the log where beliefs are requested for these types."""
+        made = partial(relevance_of, self.evidence, asked, self.settings.assumptions)
+        return self.search_cache.relevances.get(asked, made)
+
     def exact_beliefs_of(self, planner: Strategy) -> bool:
         """Whether beliefs are the robot's own: they are not rounded, or the run's own strategy does what it did."""
         return self.exact_beliefs or self._drove(planner)
@@ -294,7 +299,7 @@ def run_tree_of(prepared: PreparedLog, planner: Strategy) -> RunTree:
         evidence,
         fast_strategy(planner, prepared.search_cache),
         prepared.estimator_of(planner),
-        relevance_of(evidence, planner.relevant_types(evidence.task), prepared.settings.assumptions),
+        prepared.relevance_to(planner.relevant_types(evidence.task)),
         TreeOptions(
             seed=evidence.info.seed,
             merge=built_in is not None and not is_from_outside(planner),
@@ -377,7 +382,7 @@ def _sample_worlds(prepared: PreparedLog, types: tuple[ItemType, ...]) -> Sample
     return worlds_given(
         evidence,
         evidence.contents,
-        relevance_of(evidence, types, settings.assumptions),
+        prepared.relevance_to(types),
         drawer_of(prepared.estimator, settings),
         count=settings.worlds,
         seed=settings.seed,

@@ -87,11 +87,11 @@ class Relevance:
 
     def live_and_shown(self, knowledge: Knowledge) -> tuple[ItemType, ...]:
         """All types that still matter: where their instances stand distinguishes states."""
-        return self._unfinished((*self.types, *self.shown), knowledge)
+        return self._unfinished((*self.types, *self.shown) if self.shown else self.types, knowledge)
 
     def _unfinished(self, types: tuple[ItemType, ...], knowledge: Knowledge) -> tuple[ItemType, ...]:
-        finishing = self.finishing
-        return tuple([t for t in types if t not in finishing or not is_met(finishing[t], knowledge)])
+        finishing, where = self.finishing, knowledge.where  # nothing is delivered of a type that is known nowhere
+        return tuple([t for t in types if not where(t) or t not in finishing or not is_met(finishing[t], knowledge)])
 
     def options(
         self,

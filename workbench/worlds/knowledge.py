@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Collection, Hashable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
+from typing import NamedTuple, TypeVar
 
 from workbench.worlds.house import (
     START,
@@ -18,6 +19,9 @@ from workbench.worlds.house import (
 )
 from workbench.worlds.travel import TravelCosts
 
+K = TypeVar("K", bound=Hashable)
+V = TypeVar("V")
+
 Fact = tuple[str, tuple[ItemId, ...]]
 """A property of items established by a preparation: ("boiled", (egg,))."""
 
@@ -26,8 +30,7 @@ Places = tuple[tuple[LocationId, Item], ...]
 """Instances of a type with their locations, sorted by location."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Derived:
+class _Derived(NamedTuple):
     """What follows from a part of the knowledge, so that most steps need not work it out again.
 
     Attributes:
@@ -121,12 +124,12 @@ class Knowledge:
         """
         if container in self.again:
             return self._seen_again(container, items)
-        first = MappingProxyType({**self.first_seen, container: items})
+        first = _but(self.first_seen, container, items)
         put = self.items_at.get(LocationId(container), ())
         if put:
             shown = {item.id for item in items}
             items = (*items, *(item for item in put if item.id not in shown))
-        there = MappingProxyType({**self.items_at, LocationId(container): items})
+        there = _but(self.items_at, LocationId(container), items)
         visited = (*self.visited, container) if in_run else self.visited
         return self._with(
             self.robot_at,
@@ -191,7 +194,7 @@ class Knowledge:
         """The knowledge after picking an item at robot_at."""
         here = self.items_at.get(self.robot_at, ())
         left = tuple([i for i in here if i.id != item.id])
-        there = MappingProxyType({**self.items_at, self.robot_at: left})
+        there = _but(self.items_at, self.robot_at, left)
         return self._with(self.robot_at, item, there, self.robot_at, (item.type,))
 
     def placed(self) -> Knowledge:
@@ -199,7 +202,7 @@ class Knowledge:
         if self.holding is None:
             return self
         here = (*self.items_at.get(self.robot_at, ()), self.holding)
-        there = MappingProxyType({**self.items_at, self.robot_at: here})
+        there = _but(self.items_at, self.robot_at, here)
         return self._with(self.robot_at, None, there, self.robot_at, (self.holding.type,))
 
     def brought(self, item: Item, origin: LocationId, target: LocationId) -> Knowledge:
@@ -207,7 +210,7 @@ class Knowledge:
         moving to the one, picking it, moving to the other and placing it."""
         left = tuple([i for i in self.items_at.get(origin, ()) if i.id != item.id])
         here = (*self.items_at.get(target, ()), item)
-        there = MappingProxyType({**self.items_at, origin: left, target: here})
+        there = _but(_but(self.items_at, origin, left), target, here)
         taken = _by_type_after(self._known.by_type, origin, left, (item.type,))
         return self._with(target, None, there, target, (item.type,), by_type=taken)
 
@@ -243,7 +246,7 @@ class Knowledge:
         searched: ContainerId | None = None,
         by_type: Mapping[ItemType, Places] | None = None,
     ) -> Knowledge:
-        """A faster dataclasses.replace for the fields that change with every step.
+        """A faster dataclasses.replace for the fields that change with every step; nothing is checked again.
 
         Args:
             changed: the one location whose items differ from before.
@@ -260,19 +263,25 @@ class Knowledge:
             known = derived.by_type if by_type is None else by_type
             by_type = _by_type_after(known, changed, items_at[changed], types)
             derived = _Derived(items_at, first, self.closed, self.again, self.plan, self.travel, left, by_type)
-        return Knowledge(
-            plan=self.plan,
-            travel=self.travel,
-            robot_at=robot_at,
-            holding=holding,
-            items_at=items_at,
-            first_seen=first,
-            facts=self.facts,
-            visited=self.visited if visited is None else visited,
-            closed=self.closed,
-            again=self.again,
-            _derived=derived,
-        )
+        made = object.__new__(Knowledge)
+        at_once = (self.plan, self.travel, robot_at, holding, items_at, first, self.facts)
+        visited = self.visited if visited is None else visited
+        for fill, value in zip(_SLOTS, (*at_once, visited, self.closed, self.again, derived), strict=True):
+            fill(made, value)
+        return made
+
+
+_SLOTS: tuple[Callable[[Knowledge, object], None], ...] = tuple(
+    getattr(Knowledge, each.name).__set__ for each in fields(Knowledge)
+)
+"""They fill in the fields of a new one, in order."""
+
+
+def _but(mapping: Mapping[K, V], key: K, value: V) -> Mapping[K, V]:
+    """The same mapping, but for one entry."""
+    changed = dict(mapping) if not isinstance(mapping, MappingProxyType) else mapping.copy()  # three times as fast
+    changed[key] = value
+    return MappingProxyType(changed)
 
 
 def _by_type(items_at: Mapping[LocationId, tuple[Item, ...]]) -> Mapping[ItemType, Places]:
@@ -289,7 +298,7 @@ def _by_type_after(
     """The instances of each type after the items of these types changed at one location."""
     if not types:
         return by_type
-    found = dict(by_type)
+    found = dict(by_type) if not isinstance(by_type, MappingProxyType) else by_type.copy()
     for item_type in types:
         there = [(at, item) for item in now if item.type == item_type]
         places = by_type.get(item_type)

@@ -21,7 +21,7 @@ from workbench.caches import Cache
 from workbench.planning.find_pricing import FindCostRequest, FindPricing
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
-from workbench.worlds.house import ContainerId, LocationId
+from workbench.worlds.house import ContainerId, ItemType, LocationId
 
 MAX_CACHED_SEARCHES = 10_000
 """Searches of each kind in the cache."""
@@ -40,6 +40,7 @@ class SearchCache:
     prices: Cache[Hashable, FindCosts] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
     lowers: Cache[Hashable, LowerBound] = field(default_factory=lambda: Cache(MAX_CACHED_BOUNDS))
     outsides: Cache[Hashable, StateBounds] = field(default_factory=lambda: Cache(MAX_CACHED_BOUNDS))
+    relevances: Cache[tuple[ItemType, ...], Relevance] = field(default_factory=lambda: Cache(MAX_CACHED_BOUNDS))
 
     def outside(self, evidence: Evidence, relevance: Relevance, traits: SearchTraits) -> StateBounds:
         """The outer bounds over the log, cached for every kind of strategy."""

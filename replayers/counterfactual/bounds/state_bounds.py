@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import replace
+from functools import cached_property
 from math import inf
 from typing import final
 
@@ -50,8 +51,8 @@ class StateBounds:
         if evidence.tags is not None:  # after a stop for a tag the next look is not the nearest to a container
             traits = replace(traits, nearest_first=False)
         self.most = UpperBound(evidence, traits)
-        chains = traits.nearest_first and traits.empty_handed and traits.plans_shortest
-        self._chains = NearestFirstBound(evidence, relevance) if chains else None
+        self._goes_in_chains = traits.nearest_first and traits.empty_handed and traits.plans_shortest
+        self._evidence, self._relevance = evidence, relevance
         self._sees = evidence.passing is not None
         self._stops = evidence.tags is not None
         self._types = goal_types(evidence.task.goal)
@@ -91,9 +92,13 @@ class StateBounds:
         high = self.most.direct_route_bound(knowledge)
         if self._stops:
             high += self.most.detours(knowledge)
-        if self._chains is not None:
+        if self._goes_in_chains:
             high = min(high, self._chains.remaining_cost(knowledge))
         return low, high, self.least.certainly_possible(knowledge)
+
+    @cached_property
+    def _chains(self) -> NearestFirstBound:
+        return NearestFirstBound(self._evidence, self._relevance)
 
     def _key(self, knowledge: Knowledge) -> tuple[Hashable, ...]:
         """Everything in a state that the two bounds depend on."""
