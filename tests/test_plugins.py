@@ -7,6 +7,7 @@ names would run. All of that only writes a marker file. Every command and functi
 from __future__ import annotations
 
 import ast
+import os
 import sys
 import tomllib
 from collections.abc import Callable, Iterator
@@ -324,7 +325,7 @@ def test_an_installed_plug_in_serves_a_log_too(stranger: Stranger, monkeypatch: 
     (stranger.folder / "theirs.py").write_text(MODULE.format(marker=stranger.marker), encoding="utf-8")
     monkeypatch.setattr(sys, "path", [*sys.path, str(installed)])
     entries = [EntryPoint(name="theirs", value="theirs:Planner", group=kind.group) for kind in _kinds()]
-    monkeypatch.setattr(plugins, "entry_points", lambda group: [e for e in entries if e.group == group])
+    monkeypatch.setattr(plugins, "_entries", lambda group, _: tuple(e for e in entries if e.group == group))
     for origin in NameOrigin:
         for kind in _kinds():
             assert plugin(kind, "theirs", origin=origin, known=()).entry is not None
@@ -333,6 +334,21 @@ def test_an_installed_plug_in_serves_a_log_too(stranger: Stranger, monkeypatch: 
     assert "theirs" in strategy_names(with_truth=False)
     stranger.assert_nothing_ran()
     sys.modules.pop("theirs", None)
+
+
+def test_installed_packages_are_read_once_and_again_where_one_is_added(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[str] = []
+    monkeypatch.setattr(plugins, "entry_points", lambda group: read.append(group) or [])
+    monkeypatch.syspath_prepend(tmp_path)
+    os.utime(tmp_path, (0, 0))  # changed long ago
+    for _ in range(2):
+        assert strategy_names(with_truth=False)
+    assert read == [plugins.STRATEGY.group]
+    (tmp_path / "added-1.0.dist-info").mkdir()
+    assert strategy_names(with_truth=False)
+    assert read == [plugins.STRATEGY.group] * 2
 
 
 def _kinds() -> tuple[plugins.PluginKind, ...]:

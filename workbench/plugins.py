@@ -10,6 +10,7 @@ While such a name is resolved, the working folder is not on the import path, sin
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -329,7 +330,24 @@ def _without(folder: Path) -> Generator[None]:
 def _installed(kind: PluginKind) -> tuple[EntryPoint, ...]:
     """By name and package. A package whose metadata is merely in the working folder is not installed."""
     with import_path(NameOrigin.LOG):
-        return tuple(sorted(entry_points(group=kind.group), key=lambda entry: (entry.name, package_of(entry))))
+        return _entries(kind.group, tuple((entry, _changed_ns(entry)) for entry in sys.path))
+
+
+@lru_cache(maxsize=64)
+def _entries(group: str, folders: tuple[tuple[str, int | None], ...]) -> tuple[EntryPoint, ...]:
+    """A group's entry points. This reads a file of every installed distribution, once.
+
+    Args:
+        folders: the import path, with the time at which each folder changed: a package may be installed meanwhile.
+    """
+    return tuple(sorted(entry_points(group=group), key=lambda entry: (entry.name, package_of(entry))))
+
+
+def _changed_ns(entry: str) -> int | None:
+    try:
+        return os.stat(entry or ".").st_mtime_ns
+    except (OSError, ValueError):
+        return None
 
 
 def _editable_folder(entry: EntryPoint | None) -> Path | None:
