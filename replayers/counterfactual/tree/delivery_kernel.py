@@ -128,7 +128,8 @@ def carried_out(
     if rules.eq1_plans and len(missing):
         p, w = np.empty((len(missing), len(left))), np.empty((len(missing), len(left)))
         for k in range(len(missing)):
-            p[k], w[k] = chances[missing[k]], weights[missing[k]]
+            for c in range(len(left)):
+                p[k, c], w[k, c] = chances[missing[k], c], weights[missing[k], c]
         _eq1_tables(tables, task, rules, places, left, p, w)
     elif len(missing):
         _distance_tables(tables, task, rules, places, left)
@@ -192,7 +193,8 @@ def _distance_tables(tables: Floats, task: DeliveryTask, rules: DecisionRules, p
             least = np.inf
             for container in left:
                 least = min(least, task.metres[places[a], container] + task.metres[container, places[b]])
-            tables[:, a, b] = least + task.search + task.manipulation + rules.penalty
+            for t in range(len(tables)):
+                tables[t, a, b] = least + task.search + task.manipulation + rules.penalty
 
 
 @kernel()
@@ -241,7 +243,8 @@ def _candidates(p: Floats, from_m: Floats, to_m: Floats, rules: DecisionRules) -
     for c in range(containers):
         near[0, c] = -(from_m[c] + to_m[c])
     for c in greatest(near, min(NEAREST_KEPT, count))[0]:
-        score[:, c] = 2.0
+        for t in range(len(p)):
+            score[t, c] = 2.0
     return greatest(score, count)
 
 
@@ -278,7 +281,7 @@ def _cheapest_legs(
     )  # fmt: skip
     legs = np.empty((count if row >= 0 else 0, 4), np.int64)
     for q in range(len(legs)):
-        legs[q, 0], legs[q, 1:] = orders[row, q], found[q]
+        legs[q, 0], legs[q, 1], legs[q, 2], legs[q, 3] = orders[row, q], found[q, 0], found[q, 1], found[q, 2]
     return legs
 
 
@@ -338,12 +341,12 @@ def _first_look(
             if from_m[c] <= least + RELATIVE * max(MIN_SCALE, least):
                 return c
         return 0
-    chosen = _candidates(p, from_m, to_m, rules)[0]
-    k = len(chosen)
+    chosen = _candidates(p, from_m, to_m, rules)
+    k = chosen.shape[1]
     between, origin, found = np.empty((k, k)), np.empty(k), np.empty(k)
     for i in range(k):
-        origin[i], found[i] = from_m[chosen[i]], task.manipulation + to_m[chosen[i]]
+        origin[i], found[i] = from_m[chosen[0, i]], task.manipulation + to_m[chosen[0, i]]
         for j in range(k):
-            between[i, j] = task.metres[left[chosen[i]], left[chosen[j]]]
-    missing = missing_by_subset(w, chosen.reshape(1, -1), rules.kind)[0]
-    return chosen[search_order(missing, between, origin, found, task.search)[0]]
+            between[i, j] = task.metres[left[chosen[0, i]], left[chosen[0, j]]]
+    missing = missing_by_subset(w, chosen, rules.kind)[0]
+    return chosen[0, search_order(missing, between, origin, found, task.search)[0]]
