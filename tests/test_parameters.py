@@ -100,12 +100,12 @@ def test_a_plug_in_may_be_click_s(monkeypatch: pytest.MonkeyPatch, capsys: pytes
     """Beside functions with annotations: whoever knows click writes click."""
 
     class Entry:
-        name = "mine"
+        name, value, dist = "mine", "mine:mine", None
 
         def load(self) -> click.Command:
             return click.Command("mine", callback=lambda: click.echo("mine was called"))
 
-    monkeypatch.setattr("workbench.cli.entry_points", lambda group: [Entry()])
+    monkeypatch.setattr("workbench.plugins.entry_points", lambda group: [Entry()])
     assert run(["mine"]) == 0
     assert capsys.readouterr().out == "mine was called\n"
 
@@ -226,3 +226,42 @@ def test_no_command_uses_one_of_several_values_alone() -> None:
             and isinstance(node.slice, ast.Constant | ast.UnaryOp)
         ]
     assert not read
+
+
+@pytest.mark.parametrize("words", ["--seed 9223372036854775808", "--most -9223372036854775809"])
+def test_whole_numbers_beyond_64_bits_are_refused(words: str) -> None:
+    def command(seed: Annotated[int, Option()] = 0, most: Annotated[int, Option()] = 0) -> None:
+        """Takes two numbers."""
+
+    refused = CliRunner().invoke(command_of("command", command, help="Numbers."), words.split())
+    assert refused.exit_code == 2
+    assert "is beyond 64 bits" in refused.output
+    allowed = CliRunner().invoke(command_of("command", command, help="Numbers."), ["--seed", str((1 << 63) - 1)])
+    assert allowed.exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["replay", "run.mcap", "--worlds"],
+        ["select", "run.mcap", "--worlds"],
+        ["evaluate", "tasks", "--trials"],
+        ["evaluate", "select", "--pool"],
+        ["evaluate", "replay", "--counterfactuals"],
+    ],
+)
+def test_counts_that_no_memory_holds_are_refused_before_anything_is_read(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*words, "1000001"]) == 2
+    assert "1000001 is not in the range" in capsys.readouterr().err
+
+
+def test_want_of_memory_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise MemoryError("Unable to allocate 89.4 GiB")
+
+    monkeypatch.setattr(cli, "app", full)
+    assert run(["info", "run.mcap"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "more memory than there is" in line

@@ -303,6 +303,11 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except KeyboardInterrupt:
         say("Stopped.")
         return 1
+    except MemoryError:
+        if debug:
+            raise
+        say("lios: this takes more memory than there is. Ask for less: fewer worlds, trials, houses or workers.")
+        return 1
     except Exception as error:
         if debug:
             raise

@@ -12,6 +12,9 @@ from typing import Annotated
 from workbench.parameters import Option
 from workbench.worlds.shipped import house_file
 
+MOST = 1_000_000
+"""Worlds, trials and the like in one command: more would fill the memory before any work is done."""
+
 Houses = Annotated[
     Path | None,
     Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.", file=house_file),

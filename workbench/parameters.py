@@ -76,8 +76,8 @@ def command_of(name: str, function: Callable[..., Any], *, help: str) -> click.C
     """The click command that calls a function with what the line gives for its parameters.
 
     Parameters may be bool (options only), int, float, str and Path; each of them or None; and lists of the last four,
-    which may be given several times. A dataclass stands for an option for each of its fields. Numbers are finite; a
-    parameter called seed is not negative.
+    which may be given several times. A dataclass stands for an option for each of its fields. Numbers are finite,
+    whole ones within 64 bits; a parameter called seed is not negative.
 
     Raises:
         TypeError: a parameter without Option or Argument, or of another type.
@@ -179,7 +179,7 @@ def _type(name: str, kind: type, low: float | None, high: float | None) -> click
         return _Finite() if low is None and high is None else _FiniteRange(low, high)
     if kind is int:
         low = 0 if name == "seed" else low
-        return click.INT if low is None and high is None else click.IntRange(_whole(low), _whole(high))
+        return _Whole() if low is None and high is None else _WholeRange(_whole(low), _whole(high))
     if kind is str:
         return click.STRING
     if kind is Path:
@@ -233,6 +233,26 @@ class _FiniteRange(click.FloatRange):
 def _finite(number: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
     if not math.isfinite(number):
         raise click.BadParameter(f"{number} is not a finite number.", ctx, param)
+    return number
+
+
+class _Whole(click.types.IntParamType):
+    """A whole number that a log, a table and an array can hold."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        return _of_64_bits(super().convert(value, param, ctx), param, ctx)
+
+
+class _WholeRange(click.IntRange):
+    """The same within a range."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        return _of_64_bits(super().convert(value, param, ctx), param, ctx)
+
+
+def _of_64_bits(number: int, param: click.Parameter | None, ctx: click.Context | None) -> int:
+    if not -(1 << 63) <= number < 1 << 63:
+        raise click.BadParameter(f"{number} is beyond 64 bits.", ctx, param)
     return number
 
 

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from workbench.errors import BadValue, LiosError
-from workbench.options import Ask, BoundsBudget, Json, LogEstimator, MemoryLogs, MoveRatesFile, Scheduler, Upload
+from workbench.options import (
+    MOST,
+    Ask,
+    BoundsBudget,
+    Json,
+    LogEstimator,
+    MemoryLogs,
+    MoveRatesFile,
+    Scheduler,
+    Upload,
+)
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
@@ -42,7 +52,9 @@ def replay(
     ] = None,
     estimator: LogEstimator = "log",
     ask: Ask = False,
-    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")] = 200,
+    worlds: Annotated[
+        int, Option("--worlds", min=0, max=MOST, help="Worlds sampled for the estimate; 0 for none.")
+    ] = 200,
     budget: BoundsBudget = None,
     unique: Annotated[bool, Option("--unique", help="Assume no instances beyond those that the log shows.")] = False,
     no_inventory: Annotated[

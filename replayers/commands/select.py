@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from workbench.options import Ask, BoundsBudget, Json, Workers
+from workbench.options import MOST, Ask, BoundsBudget, Json, Workers
 from workbench.parameters import Argument, Option
 from workbench.tolerances import NEAR_COST
 
@@ -48,7 +48,7 @@ def select(
         Option("--estimator", help="Estimator of the beliefs; of several, separated by commas, each is a candidate."),
     ] = "log",
     ask: Ask = False,
-    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
+    worlds: Annotated[int, Option("--worlds", min=0, max=MOST, help="Worlds sampled for each estimate.")] = 100,
     budget: BoundsBudget = None,
     look_next: Annotated[
         bool,

@@ -8,6 +8,7 @@ from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from workbench.options import (
+    MOST,
     AlsoLearnt,
     AssetsOrBeside,
     DryRun,
@@ -44,7 +45,7 @@ def tasks(
         str,
         Option("-k", help='Only these cells, as pytest -k: "deliver and not greedy", "coffee or breakfast".'),
     ] = "",
-    trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
+    trials: Annotated[int, Option("--trials", "-n", min=1, max=MOST, help="Trials of each scenario.")] = 100,
     miss_rate: MissRate = 0.0,
     sees: Sees = 0.0,
     workers: Workers = 1,

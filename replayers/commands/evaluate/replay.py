@@ -6,7 +6,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import BoundsBudget, DryRun, Force, Houses, Json, MissRate, Scheduler, Sees, Split, Workers
+from workbench.options import (
+    MOST,
+    BoundsBudget,
+    DryRun,
+    Force,
+    Houses,
+    Json,
+    MissRate,
+    Scheduler,
+    Sees,
+    Split,
+    Workers,
+)
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -25,7 +37,11 @@ def replay(
     count: Annotated[
         int,
         Option(
-            "--counterfactuals", "-n", min=1, help="At least this many for each estimator; tasks are measured whole."
+            "--counterfactuals",
+            "-n",
+            min=1,
+            max=MOST,
+            help="At least this many for each estimator; tasks are measured whole.",
         ),
     ] = 2000,
     estimators: Annotated[
@@ -36,7 +52,7 @@ def replay(
             help="Estimators of the runs, separated by commas; each measures the same tasks.",
         ),
     ] = "fcnn,counts,best",
-    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 200,
+    worlds: Annotated[int, Option("--worlds", min=0, max=MOST, help="Worlds sampled for each estimate.")] = 200,
     budget: BoundsBudget = None,
     miss_rate: MissRate = 0.0,
     trusting: Annotated[

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import DryRun, Force, Houses, Json, Scheduler, Split, Workers
+from workbench.options import MOST, DryRun, Force, Houses, Json, Scheduler, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -28,18 +28,21 @@ def select(
     strategies: Annotated[
         str, Option("--strategies", "-s", help="The candidates, separated by commas.")
     ] = "opt-greedy,pes-greedy,opt-lios,pes-lios,model-lios",
-    trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of a campaign.")] = 40,
-    seeds: Annotated[int, Option("--seeds", min=2, help="Campaigns of each selector.")] = 30,
-    pool: Annotated[int, Option("--pool", min=2, help="Tasks that campaigns draw their trials from.")] = 80,
-    pools: Annotated[int, Option("--pools", min=1, help="Pools of tasks; they share no task.")] = 1,
+    trials: Annotated[int, Option("--trials", "-n", min=1, max=MOST, help="Trials of a campaign.")] = 40,
+    seeds: Annotated[int, Option("--seeds", min=2, max=MOST, help="Campaigns of each selector.")] = 30,
+    pool: Annotated[int, Option("--pool", min=2, max=MOST, help="Tasks that campaigns draw their trials from.")] = 80,
+    pools: Annotated[int, Option("--pools", min=1, max=MOST, help="Pools of tasks; they share no task.")] = 1,
     proofs: Annotated[
         int,
         Option(
-            "--proofs", min=1, help="Further campaigns per pool, driven at random, that check eliminations by proof."
+            "--proofs",
+            min=1,
+            max=MOST,
+            help="Further campaigns per pool, driven at random, that check eliminations by proof.",
         ),
     ] = 1000,
     estimator: Annotated[str, Option("--estimator", help="Estimator that the runs use.")] = "counts",
-    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
+    worlds: Annotated[int, Option("--worlds", min=0, max=MOST, help="Worlds sampled for each estimate.")] = 100,
     workers: Workers = 1,
     scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the tasks, of orders and of selectors.")] = 0,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from workbench.options import Houses, Json
+from workbench.options import MOST, Houses, Json
 from workbench.parameters import Option
 
 
@@ -18,7 +18,7 @@ def solvers(
         str,
         Option("--solvers", help="all, or names separated by commas: sas-lmcut, up-symk-opt, 'command:LINE', ..."),
     ] = "all",
-    trials: Annotated[int, Option("--trials", "-n", min=1, help="Problems of each scenario.")] = 3,
+    trials: Annotated[int, Option("--trials", "-n", min=1, max=MOST, help="Problems of each scenario.")] = 3,
     budget: Annotated[float, Option("--budget", min=0.1, help="Time for one plan in seconds.")] = 30.0,
     seed: Annotated[int, Option("--seed", min=0, help="Seed of houses, tasks and starts.")] = 0,
     json: Json = False,
