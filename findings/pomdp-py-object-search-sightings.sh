@@ -68,14 +68,14 @@ for number, seen in enumerate([ahead, NOTHING, NOTHING, NOTHING]):
     belief = update_histogram_belief(belief, Look, observation, model, None, **given)
     weighed = {cell: share * by_the_sampler(seen, cell) for cell, share in bayes.items()}
     bayes = {cell: weight / sum(weighed.values()) for cell, weight in weighed.items()}
-    words = f"then {number} empty looks" if number else "seen once"
+    words = f"seen once, then nothing {number} times"
     print(f"{words}: belief {belief[ObjectState(MUG, 'target', ahead)]:.2f}, by the sampler's law {bayes[ahead]:.2f}")
 PY
 seen=$("$folder/venv/bin/python" -W ignore show.py)
 echo "$seen"
 [ "$seen" = "mug in view: probabilities sum to 1433; its cell 1432.40, sampled 0.90; nothing 0.05, sampled 0.05; 
 mug out of view: probabilities sum to 81; its cell 79.58, sampled 0.05; nothing 0.90, sampled 0.90; 
-seen once: belief 1.00, by the sampler's law 0.96
-then 1 empty looks: belief 1.00, by the sampler's law 0.61
-then 2 empty looks: belief 0.94, by the sampler's law 0.08
-then 3 empty looks: belief 0.50, by the sampler's law 0.00" ]
+seen once, then nothing 0 times: belief 1.00, by the sampler's law 0.96
+seen once, then nothing 1 times: belief 1.00, by the sampler's law 0.61
+seen once, then nothing 2 times: belief 0.94, by the sampler's law 0.08
+seen once, then nothing 3 times: belief 0.50, by the sampler's law 0.00" ]
