@@ -199,7 +199,7 @@ def _known_route(log: PlainLog, state: _State) -> float:
                 cost += way + 2 * log.handle
             at = end
         if fits:
-            least = min(least, cost)
+            least = min(least, float(cost))
     return least
 
 
