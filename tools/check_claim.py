@@ -147,7 +147,7 @@ class Check:  # one claim against its log; ends: per branch the least and the mo
         spent += sum(step["cost"] for step in node.get("steps", []))
         if "end" in node and not world and not path:
             return spent if node["end"]["done"] else self.log.failure
-        answer = node["look"]["answers"][path.pop(0)]
+        answer = dict(enumerate(node["look"]["answers"]))[path.pop(0)]  # no answer has a number below 0
         need([item["type"] for item in answer["items"]] == world.pop(node["look"]["container"]), "another world")
         return self.cost_in(path, world, answer["then"], spent + node["look"]["cost"])
 

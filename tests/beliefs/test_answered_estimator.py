@@ -83,8 +83,8 @@ def test_from_a_logs_answers_nobody_is_asked(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        ("nan", "not a probability"),
-        ("7", "not a probability"),
+        ("nan", r"is nan; it must be within \[0, 1\]"),
+        ("7", r"is 7\.0; it must be within \[0, 1\]"),
         ("hm", "it raised ValueError: could not convert"),
         (None, "its answer is NoneType, not a text"),
         ("1" * (MAX_ANSWER_BYTES + 1), "is longer than"),

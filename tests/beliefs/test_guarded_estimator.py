@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,39 @@ class NaN(Fine):
         )
 
 
+class Text(Fine):
+    values: Any = "0.5"
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Any:
+        probability = np.full((len(item_types), len(knowledge.unsearched)), self.values)
+        return Belief(
+            item_types=item_types, containers=knowledge.unsearched, probability=probability, estimator=self.name
+        )
+
+
+class Complex(Text):
+    values = 0.5 + 0.1j
+
+
+class NoNumbers(Text):
+    values = None
+
+
+class NeverSeen(Fine):
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Any:
+        return replace(super().believe(knowledge, item_types), p_detect=(float("nan"),))
+
+
+class NameOfNone(Fine):
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Any:
+        return replace(super().believe(knowledge, item_types), estimator=None)  # a log with it could not be read
+
+
+class AList(Fine):
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Any:
+        return replace(super().believe(knowledge, item_types), item_types=[*item_types])
+
+
 class Turned(Fine):
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Any:
         shape = (len(knowledge.unsearched), len(item_types))
@@ -95,7 +129,13 @@ FAULTS = {
     Raises: "it raised RuntimeError: no idea",
     Exits: "it raised SystemExit: 0",
     Hangs: "it did not answer within 0.2 s",
-    NaN: "not a probability",
+    NaN: r"the probability of Mug in \S+ is nan; it must be within \[0, 1\]",
+    Text: "the type of the belief's probabilities is 'str96'; it must be a number's",
+    Complex: "the type of the belief's probabilities is 'complex128'; it must be a number's",
+    NoNumbers: "the type of the belief's probabilities is 'object'; it must be a number's",
+    NeverSeen: "a detection probability is nan; it must be above 0 and at most 1",
+    NameOfNone: "its belief has estimator of type NoneType, not str",
+    AList: "its belief has item_types of type list, not tuple",
     Turned: r"it must be of shape \(1, 4\)",
     AnArray: "it returned ndarray instead of a Belief",
     Nothing: "it returned nothing instead of a Belief",

@@ -25,6 +25,14 @@ class Tired(Fine):
         if self.calls > 2:
             raise RuntimeError("too tired")
         return super().believe(knowledge, item_types)
+
+
+class Nameless(Fine):
+    name = " "
+
+
+class TwoLines(Fine):
+    name = "two\\nlines"
 """
 
 
@@ -45,7 +53,11 @@ def lios(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tm
 
 @pytest.mark.parametrize(
     ("kind", "words"),
-    [("Raises", "it raised RuntimeError: no idea"), ("NaN", "not a probability"), ("Turned", "it must be of shape")],
+    [
+        ("Raises", "it raised RuntimeError: no idea"),
+        ("NaN", "is nan; it must be within [0, 1]"),
+        ("Turned", "it must be of shape"),
+    ],
 )
 def test_an_estimator_that_breaks_is_one_line(kind: str, words: str, lios: Lios, tmp_path: Path) -> None:
     code, _, err = lios(
@@ -59,6 +71,14 @@ def test_an_estimator_that_breaks_is_one_line(kind: str, words: str, lios: Lios,
     assert run.complete
     assert run.outcome is not None
     assert run.outcome.status == "estimator-failed"
+
+
+@pytest.mark.parametrize("kind", ["Nameless", "TwoLines"])
+def test_an_estimator_without_a_name_of_one_line_is_refused(kind: str, lios: Lios, tmp_path: Path) -> None:
+    code, _, err = lios("record", "--find", "mug", "--estimator", f"cases_of_estimators:{kind}", "-o", "run.mcap")
+    assert code == 2
+    assert "it must be one line of text" in err
+    assert not (tmp_path / "run.mcap").exists()
 
 
 def test_what_was_driven_until_it_broke_is_in_the_log(lios: Lios, tmp_path: Path) -> None:

@@ -37,14 +37,19 @@ class Belief:
     p_detect: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        p = np.array(self.probability, dtype=np.float64)
+        p = _numbers(self.probability)
         shape = (len(self.item_types), len(self.containers))
         if p.shape != shape:
             raise BadValue("belief", p.shape, f"of shape {shape} (item types, containers)")
         if self.p_detect and len(self.p_detect) != len(self.item_types):
             raise BadValue("detection probabilities", len(self.p_detect), f"{len(self.item_types)}, one an item type")
+        for detected in self.p_detect:
+            if not 0 < detected <= 1:  # also true for nan
+                raise BadValue("a detection probability", detected, "above 0 and at most 1")
         if p.size and not (p.min() >= 0 and p.max() <= 1):  # also true for nan
-            raise BadValue("belief", "an entry that is not a probability", "within [0, 1]")
+            o, c = np.argwhere(~((p >= 0) & (p <= 1)))[0]
+            named = f"the probability of {self.item_types[o]} in {self.containers[c]}"
+            raise BadValue(named, float(p[o, c]), "within [0, 1]")
         p.flags.writeable = False
         object.__setattr__(self, "probability", p)
 
@@ -76,6 +81,14 @@ class Belief:
         """The chance that one look detects an item of that type where it is."""
         certain = not self.p_detect or item_type not in self.item_types
         return 1.0 if certain else self.p_detect[self.item_types.index(item_type)]
+
+
+def _numbers(given: object) -> Floats:
+    """A copy as float64; text, complex numbers and objects are refused instead of converted."""
+    p = np.array(given)
+    if p.dtype.kind not in "fiub":
+        raise BadValue("the type of the belief's probabilities", p.dtype.name, "a number's, such as float64")
+    return p.astype(np.float64, copy=False)
 
 
 _ONLY: PerObject[tuple[ItemType, ...], Belief] = PerObject(64)

@@ -170,6 +170,8 @@ def _from_outside(name: str, origin: NameOrigin) -> object:
             ESTIMATOR, name, f"it is {type(made).__name__}; an estimator has name and believe(knowledge, item_types)"
         )
     own = cast(Estimator, made).name
+    if not own.strip() or not own.isprintable():
+        raise PluginNotLoaded(ESTIMATOR, name, f"its name is {own!r}; it must be one line of text")
     if own in ESTIMATORS:  # ours have the hash of their weights behind it
         raise PluginNotLoaded(ESTIMATOR, name, taken_name(own))
     return made

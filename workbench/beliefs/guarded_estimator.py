@@ -105,6 +105,10 @@ def checked_belief(made: object, name: str, knowledge: Knowledge, item_types: tu
     if not isinstance(made, Belief):
         what = "nothing" if made is None else type(made).__name__
         raise EstimatorFailed(name, f"it returned {what} instead of a Belief")
+    for field, kind in (("item_types", tuple), ("containers", tuple), ("estimator", str)):
+        held = getattr(made, field)
+        if not isinstance(held, kind):  # a log of it could not be read
+            raise EstimatorFailed(name, f"its belief has {field} of type {type(held).__name__}, not {kind.__name__}")
     if made.item_types != item_types:
         raise EstimatorFailed(
             name, f"its belief is about {_some(made.item_types)}, and was asked about {_some(item_types)}"

@@ -111,6 +111,16 @@ def mutant(values: Any, rng: random.Random) -> Any:
     return changed
 
 
+@pytest.mark.parametrize("end", ["lower", "upper"])
+def test_an_answer_s_number_does_not_count_from_the_end(end: str) -> None:
+    """In Python -8 and 0 are the same answer of eight."""
+    values = json.loads(claimed("deliver-3", "opt-greedy"))
+    node = values["tree"]
+    values[end]["path"][0] -= len(node["look"]["answers"])
+    values["seal"] = seal_of(values)
+    assert is_refused("deliver-3", values)
+
+
 def accepted_mutants(count: int, seed: int) -> list[Any]:
     rng = random.Random(seed)
     wrong: list[Any] = []
