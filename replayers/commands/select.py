@@ -123,7 +123,7 @@ def select(
         from replayers.selection.figure import draw_campaign
 
         say(f"Wrote {draw_campaign(figure, histories[0], title=found.groups[0].name)}")
-    if any(isinstance(o, LogFailed) for o in made.outcomes):
+    if any(isinstance(o, LogFailed) for o in made.outcomes) or any(group.broke for group in found.groups):
         raise click.exceptions.Exit(3)
 
 

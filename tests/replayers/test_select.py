@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from shutil import copy
 
@@ -28,6 +29,9 @@ class Some:
         return strategy("model-lios").decide(view)
 """
 QUICK = ["-s", "greedy,lios", "--worlds", "10"]
+
+
+PAGES = LOGS.parent / "docs"
 
 
 def selected(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
@@ -75,7 +79,7 @@ def test_a_strategy_that_breaks_on_some_logs_proves_nothing_there(
     (tmp_path / "breaks_on_some.py").write_text(BREAKS)
     monkeypatch.chdir(tmp_path)
     wish = ["select", *FINDS[:2], str(LOGS / "spot-home-D.mcap"), "-s", "breaks_on_some:Some,lios", "--worlds", "5"]
-    assert lios([*wish, "--json"]) == 0
+    assert lios([*wish, "--json"]) == 3
     groups = {group["group"]: group for group in json.loads(capsys.readouterr().out)["groups"]}
     (broke,) = groups["find, in simulation"]["broke"]
     assert broke["strategy"] == "some"
@@ -84,7 +88,7 @@ def test_a_strategy_that_breaks_on_some_logs_proves_nothing_there(
     assert groups["find, in simulation"]["next"] == "model-lios"
     assert groups["find, in simulation"]["after"][-1]["by_proof"] == []
     assert groups["deliver-2, by spot"]["broke"] == []
-    assert lios(wish) == 0
+    assert lios(wish) == 3
     said = capsys.readouterr()
     assert "left out of the choice: some broke on 2 of 2 logs: it raised RuntimeError: no idea" in said.err
     assert "Drive model-lios next: no other candidate ran" in said.out
@@ -147,7 +151,7 @@ def test_a_strategy_that_breaks_on_some_logs_is_told_and_proves_nothing(
     code = lios(["select", FINDS[0], str(LOGS / "spot-home-D.mcap"), "-s", "greedy,breaks_sometimes:Planner",
                  "--worlds", "5", "--json"])  # fmt: skip
     shown = capsys.readouterr()
-    assert code == 0, shown.err
+    assert code == 3, shown.err
     groups = {group["group"]: group for group in json.loads(shown.out)["groups"]}
     broke = groups["deliver-2, by spot"]["broke"]
     assert [b["logs"] for b in broke] == [["spot-home-D.mcap"]]
@@ -206,3 +210,25 @@ def test_a_copy_under_another_name_is_no_further_trial(capsys: pytest.CaptureFix
 def test_a_horizon_that_has_passed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert lios(["select", FINDS[0], FINDS[1], *QUICK, "--horizon", "1"]) == 2
     assert "at least the 2 trials so far" in capsys.readouterr().err
+
+
+def keys(value: object) -> set[str]:
+    """The keys of a JSON value and of all in it."""
+    inside = list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
+    return (set(value) if isinstance(value, dict) else set()).union(*(keys(v) for v in inside))
+
+
+def test_the_pages_explain_every_key_of_the_json(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken_on_finds.py").write_text(BREAKS)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    arguments = [*FINDS[:2], "-s", "greedy,lios,broken_on_finds:Some", "--worlds", "10", "--look-next", "--json"]
+    assert lios(["select", *arguments]) == 3
+    answer = json.loads(capsys.readouterr().out)
+    explained = set(re.findall(r"`(\w+)`", (PAGES / "select.md").read_text(encoding="utf-8").partition("## JSON")[2]))
+    assert keys(answer) - {"after"} <= explained
+    assert lios(["certify", FINDS[0], "-o", "claim.lios.zip", "--json"]) == 0
+    page = (PAGES / "certificates.md").read_text(encoding="utf-8")
+    assert keys(json.loads(capsys.readouterr().out)) <= set(re.findall(r"`(\w+)`", page))

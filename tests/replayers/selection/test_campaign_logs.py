@@ -106,7 +106,7 @@ def test_candidates_that_break_on_each_of_them_in_turn_leave_nothing(finds: Repl
 
 @pytest.mark.parametrize(("candidates", "code", "words"), [
     ("raising:One,raising:Two", 2, "no candidate ran over it. one, two: it raised RuntimeError: no idea"),
-    ("lios,raising:One", 0, "Drive model-lios next: no other candidate ran over every one of these logs."),
+    ("lios,raising:One", 3, "Drive model-lios next: no other candidate ran over every one of these logs."),
     ("lios,greedy,raising:Nope", 3, "left out of the choice: raising:Nope: it raised AttributeError"),
     ("lios,greedy --estimator counts,believing:Raises", 3,
      "left out of the choice: model-lios by raises, opt-greedy by raises: estimator 'raises@1': it raised"),
