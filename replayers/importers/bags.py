@@ -16,8 +16,8 @@ from typing import Any
 import yaml
 import zstandard
 
-from replayers.importers.mcap_bags import CutOffMcap, McapFiles, Raw, open_mcap
-from replayers.importers.message_types import Definition, MessageTypes
+from replayers.importers.mcap_bags import CutOffMcap, McapFiles, open_mcap
+from replayers.importers.message_types import Definition, MessageTypes, Raw
 from replayers.importers.packed_files import Packed, unpack_file
 from replayers.importers.ros1_bags import Ros1File, open_ros1
 from replayers.importers.sqlite_bags import SqliteFiles, open_sqlite

@@ -13,15 +13,12 @@ from heapq import heappop, heappush, merge
 from pathlib import Path
 from typing import Any, final
 
-from replayers.importers.message_types import ENCODINGS, Definition, MessageTypes, TypeFinding, full_name
+from replayers.importers.message_types import ENCODINGS, Definition, MessageTypes, Raw, TypeFinding, full_name
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_PROFILE_BYTES = 256
-
-Raw = tuple[int, str, Definition, bytes]
-"""Log time in nanoseconds, topic, message type, data."""
 
 
 class CutOffMcap(Exception):

@@ -43,6 +43,10 @@ class Definition:
     text: bytes = b""
 
 
+Raw = tuple[int, str, Definition, bytes]
+"""A message: when it was recorded in nanoseconds, topic, type, data."""
+
+
 @final
 @dataclass(slots=True)
 class MessageTypes:

@@ -11,10 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, final
 
-from replayers.importers.message_types import Definition, MessageTypes, TypeFinding
-
-Raw = tuple[int, str, Definition, bytes]
-"""Time of recording in nanoseconds, topic, message type, data."""
+from replayers.importers.message_types import Definition, MessageTypes, Raw, TypeFinding
 
 
 @final
@@ -65,7 +62,7 @@ def open_ros1(path: Path, types: MessageTypes, stack: ExitStack) -> Ros1File:
     """The bag, surveyed; open until the stack ends.
 
     Raises:
-        ReaderError: it is no bag of ROS 1, or damaged.
+        rosbags.rosbag1.ReaderError: it is no bag of ROS 1, or damaged.
     """
     from rosbags.rosbag1 import Reader
 

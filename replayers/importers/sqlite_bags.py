@@ -15,14 +15,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, final
 
-from replayers.importers.message_types import Definition, MessageTypes, TypeFinding, full_name
+from replayers.importers.message_types import Definition, MessageTypes, Raw, TypeFinding, full_name
 from replayers.mcap_io.records import MAX_RECORD_BYTES
 
 JOURNALS = ("-wal", "-journal")
 """Endings of what SQLite leaves beside a file that was not closed."""
-
-Raw = tuple[int, str, Definition, bytes]
-"""Time of recording in nanoseconds, topic, message type, data."""
 
 
 @final
