@@ -71,8 +71,8 @@ class Replay:
         seconds: predicted duration of the run over the log alone, by the log's own speeds.
         true_cost, true_status: in the recorded truth, where it was asked for.
         drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
-        events: of the run over the log alone. Where the log was prepared without paths, its decisions hold only what
-            their first steps need, or are left out with the beliefs (tree/plain_events.py).
+        events: of the run over the log alone: what is done and seen, and the end. All beliefs and decisions are there
+            only where the log was prepared with paths.
         if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
             task's types; where the log rounded them: the bounds of whoever believes the rounded ones; None where the
             bounds need no such condition.

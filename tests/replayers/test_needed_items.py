@@ -31,7 +31,7 @@ from workbench.planning.tasks import AllOf
 from workbench.search.policies.nearest_first import NearestFirst
 from workbench.search.policies.registry import policy
 from workbench.tolerances import NEAR_COST
-from workbench.worlds.house import START, ItemType, LocationId
+from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import TravelCosts
 
@@ -51,6 +51,17 @@ def with_radii(evidence: Evidence, **radii: float) -> Evidence:
     metres = np.array([[0.0 if a == b else by[a] + by[b] for b in names] for a in names])
     travel = TravelCosts(locations=names, metres=metres)
     return replace(evidence, place=replace(evidence.place, travel=travel))
+
+
+def without(evidence: Evidence, container: str) -> Evidence:
+    """The evidence in a place where a container cannot be reached."""
+    travel = evidence.place.travel
+    kept = [i for i, name in enumerate(travel.locations) if name != container]
+    names = tuple(travel.locations[i] for i in kept)
+    cut = TravelCosts(
+        locations=names, metres=travel.metres[np.ix_(kept, kept)], unreachable=(ContainerId(container),)
+    )
+    return replace(evidence, place=replace(evidence.place, travel=cut))
 
 
 def knowing(evidence: Evidence, **contents: str) -> Knowledge:
@@ -97,6 +108,24 @@ def test_by_hand_while_something_is_missing_the_places_that_are_left_count(tmp_p
     assert by_bed <= by_counter
     assert containers_of(items, MUG, known) == sorted([BED, COUNTER])
     assert containers_of(items, MUG, known.seen(TABLE, (item("Pencil|1"),))) == [COUNTER]
+
+
+def test_what_cannot_be_reached_is_missing(tmp_path: Path) -> None:
+    """A pencil is in the fridge, where the robot cannot go, so it looks elsewhere for one: into the desk, which is
+    next to the bed."""
+    evidence = without(toy_evidence(tmp_path, TWO), FRIDGE)
+    known = knowing(evidence, counter="Mug|1", bed="Mug|2").seen(FRIDGE, (item("Pencil|1"),))
+    assert containers_of(needed_in(evidence), MUG, known) == sorted([BED, COUNTER])
+    at_table = known.seen(TABLE, (item("Pencil|2"),))
+    assert containers_of(needed_in(evidence), MUG, at_table) == [COUNTER]
+
+
+def test_with_something_in_hand_and_nowhere_left_to_look_there_is_one_plan(tmp_path: Path) -> None:
+    """The mug is in the hand and nobody knows of a pencil: no plan is left, so none is another."""
+    evidence = toy_evidence(tmp_path, TWO)
+    held = knowing(evidence, counter="Mug|1", bed="", desk="").moved(LocationId(COUNTER)).picked(item("Mug|1"))
+    assert not needed_in(evidence).one_plan_is_best(held)
+    assert needed_in(evidence).one_plan_is_best(held.seen(TABLE, ()))
 
 
 def test_plans_of_equal_cost_that_begin_otherwise_are_told(tmp_path: Path) -> None:

@@ -127,8 +127,9 @@ class NeededItems:
         if self._open.isdisjoint(knowledge.first_seen):
             return True
         if here is None or knowledge.holding is not None:
-            left = sum(not is_met(part, knowledge) for part in self._parts)
-            return left < 2
+            left = [part for part in self._parts if not is_met(part, knowledge)]
+            is_stuck = any(self._is_missing(part, knowledge) for part in left) and not self._where_left(knowledge)
+            return len(left) < 2 or is_stuck
         known = [
             [self._index[at] for at, _ in knowledge.where(part.item_type) if at in self._index]
             for part in self._parts
@@ -167,7 +168,11 @@ class NeededItems:
         return np.array([self._index[LocationId(c)] for c in knowledge.first_seen if c in self._open], dtype=np.intp)
 
     def _some_missing(self, knowledge: Knowledge) -> bool:
-        return any(not knowledge.where(part.item_type) for part in self._parts)
+        return any(self._is_missing(part, knowledge) for part in self._parts)
+
+    def _is_missing(self, part: Delivered, knowledge: Knowledge) -> bool:
+        """Whether it is sought: no item is known, or none that can be reached."""
+        return not any(at in self._index for at, _ in knowledge.where(part.item_type))
 
     def _where_left(self, knowledge: Knowledge) -> list[int]:
         """The location indices of the containers that are left; most states that follow one another share them."""
