@@ -8,10 +8,12 @@ says so.
 from __future__ import annotations
 
 import gc
-from collections.abc import Generator, Iterator, Mapping
+import time
+from collections.abc import Callable, Generator, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
@@ -19,6 +21,7 @@ from typing import final
 
 import msgspec
 
+from recorders.mcap_io.file import LogInUse
 from replayers.batch.store import SUFFIX, StoredReplay, read_replay, replay_key, replay_path, to_stored, write_replay
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import WORLDS, Replay, over_log_alone, replay_on
@@ -29,6 +32,9 @@ from workbench.errors import FileMissing, LiosError, MalformedFile
 from workbench.execution.events import RunStatus
 from workbench.planning.strategies import needs_truth, strategy
 from workbench.plugins import ESTIMATOR, NameOrigin, installed_names
+
+WRITER_PATIENCE_S = 60.0
+"""How long another process may write a recording that this one is to write too: two calls with one folder."""
 
 NEW_OBJECTS = 500_000
 """Allocations before the garbage collector runs again."""
@@ -217,9 +223,26 @@ def _write_logs(path: Path, prepared: PreparedLog, made: Replay, *, same: bool) 
     if not same:
         for world in WORLDS:
             log_path(path, world).unlink(missing_ok=True)
-    write_replay_log(log_path(path), prepared, made, force=True)
-    for world in made.worlds:
-        write_replay_log(log_path(path, world), prepared, made, world=world, force=True)
+    for world in ("", *made.worlds):
+        _when_free(partial(write_replay_log, log_path(path, world), prepared, made, world=world, force=True))
+
+
+def _when_free(write: Callable[[], None]) -> None:
+    """Writes a recording; while another process writes the same one into the folder, waits until it has.
+
+    Raises:
+        LogInUse: it takes longer than WRITER_PATIENCE_S.
+    """
+    until = time.monotonic() + WRITER_PATIENCE_S
+    while True:
+        try:
+            write()
+        except LogInUse:
+            if time.monotonic() > until:
+                raise
+            time.sleep(0.05)
+        else:
+            return
 
 
 def _has_key(path: Path, key: str) -> bool:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from threading import Timer
 
 import pytest
 from toy_logs import simulated_log
 
 import replayers
+from recorders.mcap_io.file import LogInUse, reopen
+from replayers.batch import log_replayer
 from replayers.batch.replays import Replays
 from workbench import cli
 from workbench.errors import FileMissing, UnknownName
@@ -115,3 +118,24 @@ def test_export_from_python_writes_every_table(log: Path, tmp_path: Path) -> Non
     done = replayers.export([log], tmp_path / "tables")
     assert set(done.rows) == {p.stem for p in (tmp_path / "tables").glob("*.parquet")}
     assert done.rows["runs"] == 1
+
+
+def test_two_calls_with_one_folder_wait_for_each_other(
+    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replayers.replay(log, "greedy", settings=QUICK, output=tmp_path / "kept")
+    (recording,) = tmp_path.glob("kept/*/*.replay.mcap")
+    before = recording.read_bytes()
+    (stored,) = tmp_path.glob("kept/*/*.replay.json")
+    stored.unlink()
+    other = reopen(recording, size=None)  # as another call that writes it at this time
+    monkeypatch.setattr(log_replayer, "WRITER_PATIENCE_S", 0.0)
+    with pytest.raises(LogInUse):
+        replayers.replay(log, "greedy", settings=QUICK, output=tmp_path / "kept")
+    monkeypatch.setattr(log_replayer, "WRITER_PATIENCE_S", 60.0)
+    done = Timer(0.3, other.close)
+    done.start()
+    replayers.replay(log, "greedy", settings=QUICK, output=tmp_path / "kept")
+    done.join()
+    assert stored.exists()
+    assert len(recording.read_bytes()) == len(before)
