@@ -26,7 +26,8 @@ def import_bag(
         str, Option("--strategy", "-s", help='Strategy whose plans are computed after the fact; "none" for none.')
     ] = "model-lios",
     estimator: Annotated[
-        str, Option("--estimator", help="Estimator of the beliefs: counts, fcnn, best, people, mixed.")
+        str,
+        Option("--estimator", help="Estimator of the beliefs: as of lios record, also a .prompt or module:Class."),
     ] = "best",
     clock: Annotated[
         str, Option("--clock", help="Which times are used: record or header; auto takes headers where they agree.")

@@ -26,6 +26,7 @@ from replayers.selection.trial_costs import PriorCosts, TrialCosts, trial_costs
 from workbench.errors import LiosError, MalformedFile
 from workbench.evaluation.cluster import run_in_order
 from workbench.evaluation.failed_estimator import ESTIMATOR_FAULTS, require_beliefs
+from workbench.execution.events import RunStatus
 from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
 
@@ -38,6 +39,7 @@ class PoolTrial:
         house, scenario, seed: which task.
         true: what each strategy costs there, in the order of the strategies.
         seen: what the log of each strategy shows about all of them.
+        broke: why each strategy broke when it was driven ("" where it did not); empty if none did.
     """
 
     house: str
@@ -45,6 +47,7 @@ class PoolTrial:
     seed: int
     true: tuple[float, ...]
     seen: tuple[TrialCosts, ...]
+    broke: tuple[str, ...] = ()
 
 
 def pool_trials(
@@ -90,12 +93,14 @@ def pool_trial(task: ReplayTask, plan: MeasurementSettings) -> PoolTrial | Skipp
         raise
     except LiosError as error:
         return SkippedTask(task=task, reason=str(error))
+    broke = tuple(end.reason if end.status is RunStatus.PLANNER_FAILED else "" for end in ends)
     return PoolTrial(
         house=task.house,
         scenario=task.scenario,
         seed=task.seed,
         true=tuple(end.cost for end in ends),
         seen=tuple(seen),
+        broke=broke if any(broke) else (),
     )
 
 
@@ -123,6 +128,7 @@ class _StoredTrial(msgspec.Struct, frozen=True, kw_only=True):
     max_difference: tuple[tuple[tuple[float | None, ...], ...], ...] = msgspec.field(name="most_apart")
     prior: tuple[float, ...]
     prior_variance: float
+    broke: tuple[str, ...] = ()
 
 
 def write_pool(path: Path, trials: Sequence[PoolTrial]) -> None:
@@ -163,6 +169,7 @@ def _stored(trial: PoolTrial) -> _StoredTrial:
         max_difference=tuple(tuple(_finite(row) for row in s.max_difference) for s in trial.seen),
         prior=tuple(trial.seen[0].prior.mean.tolist()) if trial.seen[0].prior else (),
         prior_variance=trial.seen[0].prior.variance if trial.seen[0].prior else 0.0,
+        broke=trial.broke,
     )
 
 
@@ -183,7 +190,14 @@ def _trial(line: _StoredTrial) -> PoolTrial:
         )
         for i, name in enumerate(names)
     ]
-    return PoolTrial(house=line.house, scenario=line.scenario, seed=line.seed, true=line.true, seen=tuple(seen))
+    return PoolTrial(
+        house=line.house,
+        scenario=line.scenario,
+        seed=line.seed,
+        true=line.true,
+        seen=tuple(seen),
+        broke=line.broke,
+    )
 
 
 def _finite(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[float | None, ...]:

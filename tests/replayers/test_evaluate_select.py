@@ -157,6 +157,45 @@ def test_an_estimator_that_raises_is_told_as_it_is(
     assert not (tmp_path / "out").exists()
 
 
+BREAKS = """
+from workbench.planning.tasks import goal_types
+
+
+class Breaks:
+    name = "breaks"
+
+    def relevant_types(self, task):
+        return goal_types(task.goal)
+
+    def decide(self, view):
+        raise RuntimeError("no idea")
+"""
+
+
+def test_a_planner_that_breaks_is_told_and_again_when_the_pool_is_reused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "breaking_planner.py").write_text(BREAKS)
+    wish = [
+        "evaluate",
+        "select",
+        "--scenario",
+        "find",
+        "-s",
+        "greedy,breaking_planner:Breaks",
+        "--pool",
+        "2",
+        "-n",
+        "2",
+    ]
+    for _ in range(2):
+        assert lios([*wish, "--seeds", "2", "--proofs", "2", "--worlds", "2", "-o", "out"]) == 0
+        said = capsys.readouterr().err
+        assert "breaking_planner:Breaks broke on 2 of 2 tasks, each counted as failed: it raised" in said
+        assert "no idea" in said
+
+
 @pytest.mark.slow
 def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     wish = ["evaluate", "select", "--scenario", "find", "-s", "greedy,lios", "--pool", "2", "-n", "2", "--seeds", "2",

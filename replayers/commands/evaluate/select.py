@@ -172,13 +172,27 @@ def _pool(
             write_pool(path, found)
     order = {(p.house, p.scenario, p.seed): place for place, p in enumerate(plan.tasks)}
     found.sort(key=lambda t: order[t.house, t.scenario, t.seed])
-    for words in skipped:
+    for words in (*skipped, *_broken(plan.strategies, found)):
         say(words)
     if not found:
         raise Failed(f"no trial could be driven: {skipped[0] if skipped else 'there is no task'}")
     if path is not None:
         write_pool(path, found)
     return tuple(found), len(skipped)
+
+
+def _broken(strategies: Sequence[str], trials: Sequence[PoolTrial]) -> list[str]:
+    """One line for each strategy that broke when it was driven."""
+    from workbench.terminal import counted
+
+    lines: list[str] = []
+    for k, name in enumerate(strategies):
+        why = [trial.broke[k] for trial in trials if trial.broke and trial.broke[k]]
+        if why:
+            lines.append(
+                f"{name} broke on {len(why)} of {counted(len(trials), 'task')}, each counted as failed: {why[0]}"
+            )
+    return lines
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

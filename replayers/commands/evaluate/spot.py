@@ -23,7 +23,7 @@ def spot(
         "pes-greedy,pes-lios,model-lios,conditioned-lios"
     ),
     estimator: Annotated[
-        str, Option("--estimator", help="Estimator of our strategies: counts, fcnn, best, people, mixed.")
+        str, Option("--estimator", help="Estimator of our strategies: as of lios record, also module:Class.")
     ] = "best",
     paper_estimator: Annotated[
         str, Option("--paper-estimator", help="Estimator of the paper's strategies.")
