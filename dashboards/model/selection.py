@@ -49,13 +49,13 @@ def selection_in(folder: Path) -> FolderSelection:
     """The selection from the replays that are kept in a folder, over their logs; nothing is replayed."""
     skipped: list[str] = []
     answers = sorted(folder.rglob(FILE), key=lambda path: path.stat().st_mtime_ns, reverse=True)
-    for path in answers:
+    for place, path in enumerate(answers):
         try:
             answer = read_answer(path)
         except MalformedFile as error:
             skipped.append(str(error))
             continue
-        others = [other for other in answers if other.parent != path.parent]
+        others = [other for other in answers[place + 1 :] if other.parent != path.parent]
         skipped += [f"{other.relative_to(folder)}: an earlier answer of lios select" for other in others]
         return _of_answer(answer, path.parent, folder, skipped)
     stored = fewest_misses(replays_in(folder, on_skipped=lambda error: skipped.append(str(error))))

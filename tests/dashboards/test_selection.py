@@ -116,6 +116,10 @@ def test_what_the_command_leaves_out_the_panel_leaves_out(
     replayers.replay(log, "greedy", settings=ReplaySettings(worlds=3), output="kept")
     assert any("1 of the 2 replays of this answer were removed, or made again" in line
                for line in selection_in(tmp_path / "kept").left_out)  # fmt: skip
+    (tmp_path / "kept" / "junk").mkdir()
+    (tmp_path / "kept" / "junk" / "selection.json").write_text("{}")
+    about = [line for line in selection_in(tmp_path / "kept").left_out if "junk" in line]
+    assert len(about) == 1, "no answer, and so no earlier one"
 
 
 def test_the_table_of_runs_names_the_log_of_each_replay(kept: Path) -> None:
