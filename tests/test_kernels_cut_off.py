@@ -1,4 +1,4 @@
-"""Compiled functions on disk: what was cut off, or rests on a file that has changed, is compiled again."""
+"""Compiled functions on disk: what was cut off, or rests on what has changed, is compiled again."""
 
 from __future__ import annotations
 
@@ -74,3 +74,46 @@ def test_what_calls_a_function_that_has_changed_is_made_again(
     assert [told(tmp_path), told(tmp_path)] == [["84.0", "0"], ["84.0", "1"]]
     (tmp_path / "called.py").write_text(CALLED.format(factor=10.0))
     assert told(tmp_path) == ["420.0", "0"]
+
+
+CONSTANTS = """
+from typing import NamedTuple
+
+FACTOR, SHIFT = {factor}, {shift}
+
+class Pair(NamedTuple):
+    {fields}
+"""
+BY_CONSTANTS = """
+import constants
+from constants import FACTOR, Pair
+from workbench.third_party.kernels import kernel
+
+@kernel()
+def moved(pair: Pair) -> float:
+    return scaled(pair) + constants.SHIFT
+
+@kernel()
+def scaled(pair: "Pair") -> float:
+    return FACTOR * pair.a - pair.b
+
+print(moved(Pair(a=21.0, b=1.0)), sum(moved.stats.cache_hits.values()))
+"""
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize(
+    ("changed", "answer"),
+    [({"factor": 10.0}, "209.5"), ({"shift": 7.0}, "48.0"), ({"fields": "b: float; a: float"}, "41.5")],
+)
+def test_what_names_a_constant_of_another_module_that_has_changed_is_made_again(
+    tmp_path: Path, changed: dict[str, object], answer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    was = {"factor": 2.0, "shift": 0.5, "fields": "a: float; b: float"}
+    (tmp_path / "doubling.py").write_text(BY_CONSTANTS)
+    (tmp_path / "constants.py").write_text(CONSTANTS.format(**was))
+    assert [told(tmp_path), told(tmp_path)] == [["41.5", "0"], ["41.5", "1"]]
+    (tmp_path / "constants.py").write_text(CONSTANTS.format(**was | changed))
+    assert told(tmp_path) == [answer, "0"]

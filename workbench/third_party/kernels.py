@@ -6,12 +6,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from types import ModuleType
 from typing import Any, TypeVar, cast, final
 
 import numba
+import numpy as np
 from numba.core import caching
 
 from workbench.third_party import loaded_kernels
@@ -62,7 +64,8 @@ class _OpenedLater:
 
 
 class _StampedCache(caching.FunctionCache):
-    """A function's cache on disk, stale where its file, a called kernel's, or what writes it has changed.
+    """A function's cache on disk, stale where its file, a called kernel's, what writes it, or a constant of another
+    module has changed that one of these functions names.
 
     numba itself looks at the function's own file only. Which kernels a function calls is known once its module is
     loaded, so the file on disk is opened when it is first needed.
@@ -75,9 +78,11 @@ class _StampedCache(caching.FunctionCache):
     @property
     def _cache_file(self) -> Any:
         if self._opened is None:
-            others = {loaded_kernels.__file__, *_files_of_called(self._function)}
+            called = _called(self._function)
+            others = {loaded_kernels.__file__, *[one.__code__.co_filename for one in called]}
             files = sorted(others - {self._function.__code__.co_filename})
             stamps = [(file, os.stat(file).st_mtime, os.stat(file).st_size) for file in files]
+            stamps += sorted({value for one in (self._function, *called) for value in _constants_of(one)})
             self._opened = caching.IndexDataCacheFile(
                 cache_path=self._cache_path,
                 filename_base=self._impl.filename_base,
@@ -90,27 +95,45 @@ class _StampedCache(caching.FunctionCache):
         """numba sets one that knows the function's own file only."""
 
 
-def _files_of_called(function: Callable[..., Any]) -> set[str]:
-    """The files of all kernels that a function calls, and that those call."""
-    files, seen, waiting = set[str](), set[Callable[..., Any]](), [function]
+def _called(function: Callable[..., Any]) -> list[Callable[..., Any]]:
+    """The functions behind all kernels that a function calls, and that those call."""
+    found, waiting = list[Callable[..., Any]](), [function]
     while waiting:
-        one = waiting.pop()
-        for called in _kernels_named_in(one):
-            if called not in seen:
-                seen.add(called)
+        for called in _kernels_named_in(waiting.pop()):
+            if called not in found:
+                found.append(called)
                 waiting.append(called)
-                files.add(called.__code__.co_filename)
-    return files
+    return found
+
+
+def _constants_of(function: Callable[..., Any]) -> Iterator[str]:
+    """What machine code holds of the values that a function's code names, and of the named tuples that it takes."""
+    annotated = re.findall(r"\w+", " ".join(map(str, function.__annotations__.values())))
+    for name, value in _named_in(function, annotated):
+        if isinstance(value, type):
+            fields = getattr(value, "_fields", None)
+            if fields is not None:
+                yield f"{name}{fields}"
+        elif isinstance(value, bool | int | float | str | bytes | tuple | np.ndarray):
+            yield f"{name} = {value!r}"
 
 
 def _kernels_named_in(function: Callable[..., Any]) -> Iterator[Callable[..., Any]]:
-    """The functions behind the kernels that a function's code names, alone or as members of a module."""
+    """The functions behind the kernels that a function's code names."""
+    for _, value in _named_in(function):
+        if hasattr(value, "py_func"):
+            yield value.py_func
+
+
+def _named_in(function: Callable[..., Any], more: Iterable[str] = ()) -> Iterator[tuple[str, Any]]:
+    """The global values that a function's code names, alone or as members of a module, and others of its module."""
     names, there = function.__code__.co_names, function.__globals__
-    for found in [there.get(name) for name in names]:
-        members = [getattr(found, name, None) for name in names] if isinstance(found, ModuleType) else [found]
-        for member in members:
-            if hasattr(member, "py_func"):
-                yield cast(Any, member).py_func
+    for name in (*names, *more):
+        found = there.get(name)
+        if isinstance(found, ModuleType):
+            yield from ((f"{name}.{member}", getattr(found, member, None)) for member in names)
+        else:
+            yield name, found
 
 
 class _LoadedFirst(LoadedFirst, _StampedCache):

@@ -104,7 +104,8 @@ class PlainBounds:
             stand += [index[at] for at, _ in knowledge.where(item_type) if at in index]
             known.append(len(stand) - before)
         left = self._left.get(knowledge.unsearched, lambda: self._columns(knowledge.unsearched))
-        return PlainInterval(*plain_bounds(self._log, np.array([*known, *stand], dtype=np.int64), left))
+        low, high, *facts = plain_bounds(self._log, np.array([*known, *stand], dtype=np.int64), left)
+        return PlainInterval(float(low), float(high), *map(bool, facts))  # also where nothing is compiled
 
     def _columns(self, containers: tuple[ContainerId, ...]) -> Ints:
         columns = [self._column[c] for c in containers]

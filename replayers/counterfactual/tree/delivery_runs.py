@@ -137,7 +137,7 @@ class DeliveryRuns:
         if locations[here] != done.robot_at:
             done = done.moved(locations[here])
         container = left.containers[look] if look >= 0 else None
-        return CarriedOut(done, cost, listed, picks, container)
+        return CarriedOut(done, float(cost), listed, picks, container)  # also where nothing is compiled
 
     def _is_clear(self, here: int, at: Ints, left: Indices, knowledge: Knowledge) -> bool:
         """Whether what distinguishes states decides."""
