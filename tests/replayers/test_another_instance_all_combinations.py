@@ -21,6 +21,7 @@ from problems import grid_place, thing
 from toy_logs import delivered, task_of
 
 from replayers.counterfactual.decisions.another_instance import MAX_COMBINATIONS, AnotherInstance
+from replayers.counterfactual.decisions.decided import Asked
 from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis
 from replayers.counterfactual.decisions.same_decision import next_steps
 from replayers.counterfactual.relevance import Relevance, demand
@@ -159,7 +160,7 @@ def changed_although_certain(name: str, planner: str, seed: int) -> tuple[list[M
             types=types, most=most, must_exist=frozenset(), hidden=True, finishing=MappingProxyType({})
         )
         check = AnotherInstance(strategy(planner), unseen, relevance, None)
-        if not check.changes_nothing([(DecisionBasis(view=view, read=()), made)]):
+        if not check.changes_nothing([Asked(DecisionBasis(view=view, read=()), made)]):
             continue
         for more in what_may_be(view.knowledge, unseen, most):
             tried += 1
@@ -217,4 +218,4 @@ def test_too_many_combinations_are_not_certain() -> None:
     )
     made = strategy("opt-greedy").decide(view)
     check = AnotherInstance(strategy("opt-greedy"), (shelf,), relevance, None)
-    assert not check.changes_nothing([(DecisionBasis(view=view, read=()), made)])
+    assert not check.changes_nothing([Asked(DecisionBasis(view=view, read=()), made)])
