@@ -252,7 +252,9 @@ class _WholeRange(click.IntRange):
 
 def _of_64_bits(number: int, param: click.Parameter | None, ctx: click.Context | None) -> int:
     if not -(1 << 63) <= number < 1 << 63:
-        raise click.BadParameter(f"{number} is beyond 64 bits: give one of at least -2^63 and below 2^63.", ctx, param)
+        raise click.BadParameter(
+            f"{number} is beyond 64 bits: give one of at least -2^63 and below 2^63.", ctx, param
+        )
     return number
 
 
