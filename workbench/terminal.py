@@ -18,7 +18,7 @@ T = TypeVar("T")
 _wide: ContextVar[bool] = ContextVar("wide", default=False)
 WIDE = "--wide"
 COMPILING_MESSAGE = (
-    "Still working. The first use on a machine compiles the search once, which takes up to 40 seconds."
+    "Still working. The first use on a machine compiles the search once, which takes up to a minute."
 )
 
 
