@@ -17,9 +17,7 @@ import msgspec
 T = TypeVar("T")
 _wide: ContextVar[bool] = ContextVar("wide", default=False)
 WIDE = "--wide"
-COMPILING_MESSAGE = (
-    "Still working. The first use on a machine compiles the search once, which takes up to a minute."
-)
+COMPILING_MESSAGE = "Still working. The first use on a machine compiles the search once, which takes up to a minute."
 
 
 def say(text: str) -> None:
