@@ -55,7 +55,7 @@ def test_a_place_where_nothing_can_be_made_is_bad_input(
     assert lios([*command, "-o", f"{place}{suffix}"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("lios: ")
-    assert any(part in line for part in (place[:100], place.partition("/")[0] or "/proc/nobody"))
+    assert any(part in line for part in (place[:100], place.partition("/")[0] or "/proc/nobody")), line
     assert sorted(os.listdir()) == ["afile", "circle"]
     assert Path("afile").read_bytes() == b"mine"
 

@@ -51,3 +51,9 @@ def test_many_known_names_are_cut_and_a_question_mark_lists_all() -> None:
     assert str(UnknownName("thing", "x", names)).endswith("name10, name11, and 18 more, which '?' lists.")
     assert str(UnknownName("thing", "?", names)).endswith("name28, name29.")
     assert str(UnknownName("thing", "x", names[:24])).endswith("name22, name23."), "a few are listed at once"
+
+
+def test_the_end_of_a_long_path_is_told() -> None:
+    path = Path("/data", "a" * 60, "b" * 60, "runs")
+    assert str(BadValue("-o/--output", path, "a folder")) == f"-o/--output is '{path}'; it must be a folder."
+    assert str(BadValue("--name", "c" * 100, "short")) == f"--name is '{'c' * 76}...; it must be short."

@@ -115,7 +115,7 @@ class BadValue(Malformed):
     """
 
     def __init__(self, where: str, value: object, allowed: str) -> None:
-        shown = "not given" if value is None else shortened(repr(value), 80)
+        shown = "not given" if value is None else _shown(value)
         super().__init__(f"{where} is {shown}; it must be {allowed}.")
 
 
@@ -163,6 +163,11 @@ def _unpickle_error(kind: type[LiosError], args: tuple[object, ...], attributes:
     error.args = args
     error.__dict__.update(attributes)
     return error
+
+
+def _shown(value: object) -> str:
+    """A value in a line; of a path, more is left, since its end says most."""
+    return shortened(repr(str(value)), 300) if isinstance(value, Path) else shortened(repr(value), 80)
 
 
 def shortened(text: str, limit: int) -> str:

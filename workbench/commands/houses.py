@@ -152,7 +152,7 @@ def _require_folder(output: Path, option: str) -> None:
     from workbench.errors import BadValue
 
     if not output.absolute().parent.is_dir():
-        raise BadValue(f"folder of {option}", str(output.absolute().parent), "a folder that exists")
+        raise BadValue(f"folder of {option}", output.absolute().parent, "a folder that exists")
 
 
 def _range(text: str) -> tuple[int, int]:

@@ -111,7 +111,7 @@ def train(
     if target.exists() and not force:
         raise OutputExists(target)
     if not target.absolute().parent.is_dir():
-        raise BadValue("folder of -o/--output", str(target.absolute().parent), "a folder that exists")
+        raise BadValue("folder of -o/--output", target.absolute().parent, "a folder that exists")
     if votes is not None:
         _count_votes(votes, encoder, target, as_json=json)
         return

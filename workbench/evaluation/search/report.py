@@ -247,7 +247,7 @@ def output_folder(path: Path, *, force: bool) -> Path:
         BadValue: it is a file.
     """
     if path.exists() and not path.is_dir():
-        raise BadValue("-o/--output", str(path), "a folder")
+        raise BadValue("-o/--output", path, "a folder")
     if (path / "search.json").exists() and not force:
         raise OutputExists(path / "search.json")
     path.mkdir(parents=True, exist_ok=True)
