@@ -219,6 +219,12 @@ class Evidence:
         return self.contents.get(container, self.partly.get(container, ()))
 
 
+def is_plain(evidence: Evidence) -> bool:
+    """Whether nothing over a log is out of the ordinary: every look shows all, and nothing is refused."""
+    refused = evidence.refused_moves or evidence.refused_picks or evidence.refused_searches or evidence.left
+    return not (refused or evidence.misses or evidence.passing is not None or evidence.tags is not None)
+
+
 def evidence_of(run: Run) -> Evidence:
     """The evidence in the log of a run.
 

@@ -19,7 +19,7 @@ from replayers.counterfactual.bounds.world_search import WorldSearch
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
 from replayers.counterfactual.estimates.worlds_given import worlds_given
-from replayers.counterfactual.evidence import Evidence, evidence_of
+from replayers.counterfactual.evidence import Evidence, evidence_of, is_plain
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_belief import EstimatorChoice, LoggedBelief, estimator_for
 from replayers.counterfactual.logged_world import NoPaths
@@ -31,7 +31,6 @@ from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_fro
 from replayers.counterfactual.strategy_traits import eq1_parts, looks_by, search_traits, uses_beliefs
 from replayers.counterfactual.tree.options import TreeOptions
 from replayers.counterfactual.tree.plain_events import plain_events
-from replayers.counterfactual.tree.quick_segment import is_plain
 from replayers.runs.contents import house_from_truth
 from replayers.runs.run import Run
 from workbench.beliefs.asking.answered_estimator import AnsweredEstimator

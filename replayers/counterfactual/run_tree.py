@@ -18,7 +18,7 @@ from replayers.counterfactual.decisions.decided import Asked, Decided
 from replayers.counterfactual.decisions.memoized_strategy import DecisionBasis, MemoizedStrategy, StateKey
 from replayers.counterfactual.decisions.needed_items import needed_items
 from replayers.counterfactual.decisions.same_decision import SameDecision
-from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.evidence import Evidence, is_plain
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.overlooked import may_be_sighted, possible_contents
@@ -36,7 +36,7 @@ from replayers.counterfactual.run_nodes import (
 )
 from replayers.counterfactual.tree.options import MAX_STEPS, TreeOptions, zero_clock
 from replayers.counterfactual.tree.put_downs import destinations, is_put_down
-from replayers.counterfactual.tree.quick_segment import QuickRun, QuickSegment, is_plain
+from replayers.counterfactual.tree.quick_segment import QuickRun, QuickSegment
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task

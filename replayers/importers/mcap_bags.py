@@ -11,9 +11,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from heapq import heappop, heappush, merge
 from pathlib import Path
-from typing import Any, final
+from typing import final
 
-from replayers.importers.message_types import ENCODINGS, Definition, MessageTypes, Raw, TypeFinding, full_name
+from replayers.importers.message_types import (
+    ENCODINGS,
+    Definition,
+    MessageTypes,
+    Raw,
+    SurveyedBag,
+    TypeFinding,
+    full_name,
+)
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
 
@@ -26,23 +34,11 @@ class CutOffMcap(Exception):
 
 
 @final
-@dataclass(slots=True)
-class McapFiles:
-    """MCAP files of one bag; opened by `open_mcap`.
-
-    Attributes:
-        profiles: the profiles that the files name.
-        start_ns: the first log time.
-        counts: messages by topic, of readable topics.
-        skipped: why a topic is left out.
-    """
+@dataclass(slots=True, kw_only=True)
+class McapFiles(SurveyedBag):
+    """MCAP files of one bag; opened by `open_mcap`."""
 
     paths: tuple[Path, ...]
-    types: MessageTypes
-    profiles: set[str] = field(default_factory=set)
-    start_ns: int = 0
-    counts: dict[str, int] = field(default_factory=dict)
-    skipped: dict[str, str] = field(default_factory=dict)
     _back_ns: dict[Path, int] = field(default_factory=dict)
 
     def raw(self, topics: tuple[str, ...]) -> Iterator[Raw]:
@@ -50,10 +46,6 @@ class McapFiles:
         wanted = frozenset(topics) - self.skipped.keys()
         streams = [self._ordered(path, wanted) for path in self.paths]
         yield from merge(*streams, key=lambda each: each[0])
-
-    def decode(self, definition: Definition, data: bytes) -> Any:
-        """A message of a type that `raw` gave."""
-        return self.types.decode(definition, data)
 
     def survey(self) -> None:
         """Reads every file once, undecoded: topics, counts, the start, and how far messages are out of order."""
@@ -119,7 +111,7 @@ def open_mcap(paths: tuple[Path, ...], types: MessageTypes) -> McapFiles:
             stream.seek(-len(MAGIC), 2)
             if stream.read() != MAGIC:
                 raise CutOffMcap(str(path))
-    files = McapFiles(paths, types)
+    files = McapFiles(paths=paths, types=types)
     files.survey()
     return files
 

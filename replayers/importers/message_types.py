@@ -128,3 +128,25 @@ class MessageTypes:
 def full_name(kind: str) -> str:
     """A type's name with its middle part: package/Name -> package/msg/Name."""
     return kind if kind.count("/") != 1 else kind.replace("/", "/msg/", 1)
+
+
+@dataclass(slots=True, kw_only=True)
+class SurveyedBag:
+    """What the readers of a bag's files have in common.
+
+    Attributes:
+        profiles: the profiles that the files name; only MCAP files do.
+        start_ns: the first time of recording.
+        counts: messages by topic, of readable topics.
+        skipped: why a topic is left out.
+    """
+
+    types: MessageTypes
+    profiles: set[str] = field(default_factory=set)
+    start_ns: int = 0
+    counts: dict[str, int] = field(default_factory=dict)
+    skipped: dict[str, str] = field(default_factory=dict)
+
+    def decode(self, definition: Definition, data: bytes) -> Any:
+        """A message of a type that `raw` gave."""
+        return self.types.decode(definition, data)

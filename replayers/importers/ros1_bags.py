@@ -7,31 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
 
-from replayers.importers.message_types import Definition, MessageTypes, Raw, TypeFinding
+from replayers.importers.message_types import Definition, MessageTypes, Raw, SurveyedBag, TypeFinding
 
 
 @final
-@dataclass(slots=True)
-class Ros1File:
-    """A bag of ROS 1; opened by `open_ros1`, used inside its stack.
-
-    Attributes:
-        profiles: always empty; for likeness with MCAP files.
-        start_ns: the first time of recording.
-        counts: messages by topic, of readable topics.
-        skipped: why a topic is left out.
-    """
+@dataclass(slots=True, kw_only=True)
+class Ros1File(SurveyedBag):
+    """A bag of ROS 1; opened by `open_ros1`, used inside its stack."""
 
     reader: Any
-    types: MessageTypes
-    profiles: set[str] = field(default_factory=set)
-    start_ns: int = 0
-    counts: dict[str, int] = field(default_factory=dict)
-    skipped: dict[str, str] = field(default_factory=dict)
 
     def survey(self) -> None:
         """Reads topics, counts and the start."""
@@ -53,10 +41,6 @@ class Ros1File:
         for connection, stamp_ns, data in self.reader.messages(connections=connections):
             yield int(stamp_ns), connection.topic, chosen[connection.id], bytes(data)
 
-    def decode(self, definition: Definition, data: bytes) -> Any:
-        """A message of a type that `raw` gave."""
-        return self.types.decode(definition, data)
-
 
 def open_ros1(path: Path, types: MessageTypes, stack: ExitStack) -> Ros1File:
     """The bag, surveyed; open until the stack ends.
@@ -66,7 +50,7 @@ def open_ros1(path: Path, types: MessageTypes, stack: ExitStack) -> Ros1File:
     """
     from rosbags.rosbag1 import Reader
 
-    file = Ros1File(stack.enter_context(Reader(path)), types)
+    file = Ros1File(reader=stack.enter_context(Reader(path)), types=types)
     file.survey()
     return file
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from heapq import merge
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, final
+from typing import final
 
-from replayers.importers.message_types import Definition, MessageTypes, Raw, TypeFinding, full_name
+from replayers.importers.message_types import Definition, MessageTypes, Raw, SurveyedBag, TypeFinding, full_name
 from replayers.mcap_io.records import MAX_RECORD_BYTES
 
 JOURNALS = ("-wal", "-journal")
@@ -23,24 +23,15 @@ JOURNALS = ("-wal", "-journal")
 
 
 @final
-@dataclass(slots=True)
-class SqliteFiles:
+@dataclass(slots=True, kw_only=True)
+class SqliteFiles(SurveyedBag):
     """SQLite files of one bag; opened by `open_sqlite`, used inside its stack.
 
     Attributes:
-        profiles: always empty; for likeness with MCAP files.
-        start_ns: the first time of recording.
-        counts: messages by topic, of readable topics.
-        skipped: why a topic is left out.
         undefined: types without a definition, by topic.
     """
 
     databases: list[sqlite3.Connection]
-    types: MessageTypes
-    profiles: set[str] = field(default_factory=set)
-    start_ns: int = 0
-    counts: dict[str, int] = field(default_factory=dict)
-    skipped: dict[str, str] = field(default_factory=dict)
     undefined: dict[str, str] = field(default_factory=dict)
 
     def survey(self) -> None:
@@ -66,10 +57,6 @@ class SqliteFiles:
         streams = [self._ordered(database, wanted) for database in self.databases]
         yield from merge(*streams, key=lambda each: each[0])
 
-    def decode(self, definition: Definition, data: bytes) -> Any:
-        """A message of a type that `raw` gave."""
-        return self.types.decode(definition, data)
-
     def _ordered(self, database: sqlite3.Connection, topics: frozenset[str]) -> Iterator[Raw]:
         chosen = {number: (topic, kind) for number, topic, kind in _topics_of(database) if topic in topics}
         places = ", ".join("?" * len(chosen))
@@ -85,7 +72,7 @@ def open_sqlite(paths: tuple[Path, ...], types: MessageTypes, stack: ExitStack) 
         OSError, ValueError: a file is no SQLite bag, or damaged.
     """
     databases = [_opened(path, stack) for path in paths]
-    files = SqliteFiles(databases, types)
+    files = SqliteFiles(databases=databases, types=types)
     try:
         files.survey()
     except (sqlite3.Error, TypeError) as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from replayers.counterfactual.decisions.put_down import may_put_down
+from replayers.counterfactual.decisions.put_down import may_put_down, put_down_plans
 from workbench.worlds.travel import shortest_paths
 
 
@@ -68,7 +68,8 @@ def by_bounds(
         everywhere = np.array(
             [(metres[:, some] + metres[some, end]).min(axis=1) for some, end in zip(others, ends, strict=True)]
         )
-    return may_put_down(metres, ways, np.array(begin), everywhere, manipulation=manipulation, straight=straight)
+    plans = put_down_plans()
+    return may_put_down(metres, ways, np.array(begin), everywhere, float(manipulation), float(straight), plans)
 
 
 def test_by_hand_what_is_carried_along_and_put_down_on_the_way() -> None:

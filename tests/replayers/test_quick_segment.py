@@ -14,12 +14,12 @@ from replayers.counterfactual import run_tree
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.decisions.decided import Asked
-from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.evidence import Evidence, is_plain
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import run_tree_of
 from replayers.counterfactual.run_nodes import Node, Segment
 from replayers.counterfactual.run_tree import RunTree
-from replayers.counterfactual.tree.quick_segment import QuickRun, is_plain
+from replayers.counterfactual.tree.quick_segment import QuickRun
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import find_task
 from workbench.plugins import NameOrigin

@@ -16,7 +16,7 @@ from replayers.counterfactual.bounds.lower_bound import shortest_ways
 from replayers.counterfactual.bounds.nearest_first_bound import NearestFirstBound
 from replayers.counterfactual.bounds.plain_kernel import NOTHING, SOMETHING_ELSE, PlainLog, plain_bounds
 from replayers.counterfactual.bounds.upper_bound import MAX_ORDERED
-from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.evidence import Evidence, is_plain
 from replayers.counterfactual.relevance import Relevance
 from replayers.counterfactual.strategy_traits import SearchTraits
 from workbench.arrays import Ints
@@ -45,9 +45,9 @@ class PlainInterval(NamedTuple):
 def plain_bounds_of(evidence: Evidence, relevance: Relevance, traits: SearchTraits) -> PlainBounds | None:
     """The bounds over a log for a kind of strategy; None where something is out of the ordinary."""
     wants, index = distinct_deliveries(evidence.task.goal), _index_of(evidence)
-    refused = evidence.refused_moves or evidence.refused_picks or evidence.refused_searches or evidence.left
-    unsure = evidence.misses or evidence.partly or evidence.passing is not None or evidence.tags is not None
-    if refused or unsure or not 0 < len(wants) <= MAX_ORDERED or not all(want.at in index for want in wants):
+    if not is_plain(evidence) or evidence.partly:
+        return None
+    if not 0 < len(wants) <= MAX_ORDERED or not all(want.at in index for want in wants):
         return None
     listed = [c for c in (*evidence.contents, *evidence.open) if LocationId(c) in index]
     in_plan = {c.id for c in evidence.place.plan.containers if LocationId(c.id) in index}

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.evidence import Evidence, is_plain
 from workbench.arrays import Bools, Floats, Indices, Ints
 from workbench.caches import PerObject
 from workbench.execution.goal_check import is_met
@@ -47,10 +47,8 @@ def needed_items(evidence: Evidence, policy: SearchPolicy | None) -> NeededItems
     Args:
         policy: by which the strategy looks, where its plans go by distance alone.
     """
-    refused = evidence.refused_searches or evidence.refused_moves or evidence.refused_picks or evidence.left
-    seen = evidence.misses or evidence.passing is not None or evidence.tags is not None
     parts = distinct_deliveries(evidence.task.goal)
-    if policy is None or refused or seen or not 0 < len(parts) <= MAX_PARTS:
+    if policy is None or not is_plain(evidence) or not 0 < len(parts) <= MAX_PARTS:
         return None
     metres = evidence.place.travel.metres
     is_metric = _METRIC.of(metres).get(TINY, lambda: _is_metric(metres))

@@ -11,13 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from replayers.counterfactual.decisions.put_down import PutDownPlans, may_be_put_down
+from replayers.counterfactual.decisions.put_down import MAX_ITEMS, PutDownPlans, may_put_down
 from workbench.arrays import Bools, Floats, Indices, Ints
 from workbench.third_party.kernels import kernel
 from workbench.tolerances import NEAR_COST
-
-MAX_ITEMS = 3
-"""Of plans that put things down (put_down.py); with more, nobody knows."""
 
 
 class OnePlanRules(NamedTuple):
@@ -51,7 +48,11 @@ def one_plan_is_best(rules: OnePlanRules, here: int, at: Ints, left: Indices, lo
         left: where the containers are that are left.
         looked: where the containers are that nobody opened and this run looked into.
     """
-    unmet, some_missing, some_unknown = _parts_left(rules.wanted, at)
+    unmet, some_missing, some_unknown = parts_left(at, rules.wanted), False, False
+    for p in range(len(at)):
+        some_unknown |= at[p, 0] < 0
+    for p in unmet:
+        some_missing |= at[p, 0] < 0
     if len(unmet) < 2 or (some_missing and not len(left)) or not len(looked):
         return True
     if len(unmet) > MAX_ITEMS:
@@ -69,25 +70,28 @@ def one_plan_is_best(rules: OnePlanRules, here: int, at: Ints, left: Indices, lo
             legs[b, i] = _least(rules.errands[p, begin[b]], left if missing[i] else at[p])
         fill_everywhere(everywhere[i], rules, p, here, at[p], left, looked, some_unknown)
     best, second = _two_beginnings(legs, missing, rules.any_first)
-    if may_be_put_down(rules.metres, legs, begin, everywhere, rules.manipulation, best, rules.plans):
+    if may_put_down(rules.metres, legs, begin, everywhere, rules.manipulation, best, rules.plans):
         return False
     return not some_missing or second - best > NEAR_COST * max(1.0, best)
 
 
 @kernel()
-def _parts_left(wanted: Ints, at: Ints) -> tuple[Ints, bool, bool]:
-    """The parts that are not met, whether an item of one of these is missing, and of any part."""
-    unmet, count, some_missing, some_unknown = np.empty(len(wanted), np.int64), 0, False, False
+def parts_left(at: Ints, wanted: Ints) -> Ints:
+    """The parts that are not met.
+
+    Args:
+        at: where the known items of each part's type are, padded with -1, shape (parts, items).
+        wanted: where each part is wanted, shape (parts,).
+    """
+    unmet, count = np.empty(len(wanted), np.int64), 0
     for p in range(len(wanted)):
         is_met = False
         for place in at[p]:
             is_met |= place == wanted[p]
-        some_unknown |= at[p, 0] < 0
         if not is_met:
-            some_missing |= at[p, 0] < 0
             unmet[count] = p
             count += 1
-    return unmet[:count], some_missing, some_unknown
+    return unmet[:count]
 
 
 @kernel()

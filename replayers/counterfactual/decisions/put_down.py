@@ -36,24 +36,6 @@ UNFETCHED, DELIVERED = -1, -2
 """In place of the place where an item was put down."""
 
 
-def may_put_down(
-    metres: Floats, legs: Floats, begin: Indices, everywhere: Floats, *, manipulation: float, straight: float
-) -> bool:
-    """Whether a plan that puts something down on the way may be cheaper than all straight ones.
-
-    Args:
-        metres: between all places, shape (places, places); a symmetric metric.
-        legs: the least metres to an item and on to where it is wanted, from where the robot is and from where each of
-            the items is wanted; shape (items + 1, items).
-        begin: these places, shape (items + 1,).
-        everywhere: lower bounds on the metres from every place to an item and on to where it is wanted, shape (items,
-            places).
-        manipulation: the cost of a pick or a place.
-        straight: what the cheapest straight plan costs without its picks and places.
-    """
-    return may_be_put_down(metres, legs, begin, everywhere, float(manipulation), float(straight), put_down_plans())
-
-
 class PutDownPlans(NamedTuple):
     """All plans that put something down once or twice, and orders of visits, by the number of items.
 
@@ -78,7 +60,7 @@ def put_down_plans() -> PutDownPlans:
 
 
 @kernel(inline="always")
-def may_be_put_down(
+def may_put_down(
     metres: Floats,
     legs: Floats,
     begin: Indices,
@@ -87,7 +69,19 @@ def may_be_put_down(
     straight: float,
     plans: PutDownPlans,
 ) -> bool:
-    """may_put_down, compiled."""
+    """Whether a plan that puts something down on the way may be cheaper than all straight ones.
+
+    Args:
+        metres: between all places, shape (places, places); a symmetric metric.
+        legs: the least metres to an item and on to where it is wanted, from where the robot is and from where each of
+            the items is wanted; shape (items + 1, items).
+        begin: these places, shape (items + 1,).
+        everywhere: lower bounds on the metres from every place to an item and on to where it is wanted, shape (items,
+            places).
+        manipulation: the cost of a pick or a place.
+        straight: what the cheapest straight plan costs without its picks and places.
+        plans: of put_down_plans.
+    """
     items, places, again = legs.shape[1], len(metres), 2 * manipulation
     if items > MAX_ITEMS or places > MAX_PLACES - 3:
         return True

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from replayers.counterfactual.decisions.one_plan import parts_left
 from workbench.arrays import Bools, Floats, Indices, Ints
 from workbench.planning.builtin.delivery_orders import cheapest_delivery
 from workbench.search.candidates import NEAREST_KEPT
@@ -118,9 +119,10 @@ def carried_out(
             containers); of no rows for a strategy that goes by distance alone.
     """
     nothing = np.empty((0, 3), np.int64)
-    unmet, missing, is_possible = _parts_left(task, at, len(left))
+    unmet = parts_left(at, task.wanted)
     if len(unmet) == 0:
         return Carried(MET, -1, cost, 0, nothing)
+    missing, is_possible = _missing(task, at, len(left))
     if not is_possible:
         return Carried(ASK, -1, cost, 0, nothing)
     places, number = _places(task, here, at)
@@ -140,26 +142,15 @@ def carried_out(
 
 
 @kernel()
-def _parts_left(task: DeliveryTask, at: Ints, containers: int) -> tuple[Ints, Ints, bool]:
-    """The parts that are not met, those of whose types none is known, and whether for each of all parts an item is
-    known, or a find is offered."""
-    parts = len(task.wanted)
-    unmet, missing = np.empty(parts, np.int64), np.empty(parts, np.int64)
-    left, unknown, is_possible = 0, 0, True
-    for s in range(parts):
-        is_met = False
-        for j in range(at.shape[1]):
-            is_met |= at[s, j] == task.wanted[s]
-        if not is_met:
-            unmet[left] = s
-            left += 1
+def _missing(task: DeliveryTask, at: Ints, containers: int) -> tuple[Ints, bool]:
+    """The parts of whose types no item is known, and whether a find of each of these is offered."""
+    missing, count, is_possible = np.empty(len(at), np.int64), 0, True
+    for s in range(len(at)):
         if at[s, 0] < 0:
-            if task.may_find[s] and containers:
-                missing[unknown] = s
-                unknown += 1
-            else:
-                is_possible = False
-    return unmet[:left], missing[:unknown], is_possible
+            missing[count] = s
+            count += 1
+            is_possible &= task.may_find[s] and containers > 0
+    return missing[:count], is_possible
 
 
 @kernel()

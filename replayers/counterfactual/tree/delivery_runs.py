@@ -48,9 +48,8 @@ NO_BELIEF = np.empty((0, 0))
 
 Believed = Callable[[Knowledge], Belief]
 """The belief for a decision; which containers are left is all that it depends on."""
-
-
 Acts = list[list[int]]
+"""Rows of delivery_kernel.Carried.acts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +59,6 @@ class CarriedOut:
     Attributes:
         knowledge: what the robot then knows.
         cost: of everything before, and of what was done.
-        steps, picks: how many actions and picks it took.
         acts: what was done, as of delivery_kernel.Carried.
         picks: how many of the acts are.
         look: what it looks into; None where all is delivered, or was before.

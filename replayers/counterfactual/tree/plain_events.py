@@ -34,7 +34,7 @@ def plain_events(evidence: Evidence, first: Segment, *, durations: Durations) ->
     """Actions, looks and the end of a run from the start up to its first look into an open container, or to its end.
 
     Args:
-        evidence: of a plain log (quick_segment.is_plain).
+        evidence: of a plain log (evidence.is_plain).
         first: the first segment; None is returned where it was run by the closed loop.
         durations: how long actions take.
     """

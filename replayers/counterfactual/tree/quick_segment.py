@@ -51,12 +51,6 @@ class QuickSegment:
     placed: list[PlanStep]
 
 
-def is_plain(evidence: Evidence) -> bool:
-    """Whether nothing over a log is out of the ordinary: every look shows all, and nothing is refused."""
-    refused = evidence.refused_moves or evidence.refused_picks or evidence.refused_searches or evidence.left
-    return not (refused or evidence.misses or evidence.passing is not None or evidence.tags is not None)
-
-
 @final
 class QuickRun:
     """Runs of one strategy over a plain log.
